@@ -104,7 +104,7 @@ def first_order(guess, drive, a1, products):
 
     Args:
         guess, drive (float): As in :func:`constants`.
-        a1 (float): Excess of the spin at the middle of the first triple.
+        `a1` (float): Excess of the spin at the middle of the first triple.
         products (float): βγ at the end of the first triple less that at its start.
     """
     x2 = 4.0 * square(guess)
@@ -118,7 +118,7 @@ def amplitude_part(u, u1, lane):
     """Return the factors of (β, γ) and of (β_+ - β_-, γ_+ - γ_-) in p, and μ.
 
     Args:
-        u, u1 (float): Integral of a over the interval after the triple's middle, and before it, over h: μ ± η.
+        `u`, `u1` (float): Integral of a over the interval after the triple's middle, and before it, over h: μ ± η.
         lane (tuple of 5 float): The lane's :func:`constants` without the quadrature.
     """
     first, second, third, along, slope = lane

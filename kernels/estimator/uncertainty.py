@@ -216,7 +216,7 @@ def moment_rounding(rate2, Ia, Ib, Ic, rounded):
 
     Args:
         rate2 (float): Ω².
-        Ia, Ib, Ic (float): Moments of inertia, the spin axis first.
+        `Ia`, `Ib`, `Ic` (float): Moments of inertia, the spin axis first.
         rounded (bool): Whether the kernel has rounded the moments.
     """
     shift = UNIT * (abs(Ic - Ia) * (Ia + Ib) + abs(Ia - Ib) * (Ia + Ic)) / (Ib * Ic)

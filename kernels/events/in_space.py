@@ -77,9 +77,9 @@ def _load(S, lane, moments, omega, h, steps):
     q = rigid_body.relabel(*exact.short_step_constants(moments, omega, h), d)
     w_d, w_j, w_k = rigid_body.relabel(a, b, c, d)
     m = g[0] * (side * w_d), g[1] * w_j, g[2] * (side * w_k)
-    r = attitude.lifted(m, 1.0, 0.0)
+    r = attitude.partial_attitude(m, 1.0, 0.0)
     S[row.axis + lane], S[row.side + lane], S[row.scale + lane] = d, side, 0.5
-    S[row.step_d + lane], S[row.step_j + lane], S[row.step_k + lane] = attitude.of_direction(q, g)
+    S[row.step_d + lane], S[row.step_j + lane], S[row.step_k + lane] = attitude.direction_coefficients(q, g)
     S[row.m_d + lane], S[row.m_j + lane], S[row.m_k + lane] = m
     S[row.r0 + lane], S[row.r_d + lane], S[row.r_j + lane], S[row.r_k + lane] = r
     S[row.ex_0 + lane], S[row.ex_d + lane], S[row.ex_dd + lane], S[row.ex_jk + lane] = x
@@ -115,7 +115,7 @@ def _advance_exact(S):
     whole_vectors()
     for lane in range(W):
         m_d, m_j, m_k = S[row.m_d + lane], S[row.m_j + lane], S[row.m_k + lane]
-        r0, rd, rj, rk = attitude.step(
+        r0, rd, rj, rk = attitude.step_attitude(
             (m_d, m_j, m_k),
             (S[row.r0 + lane], S[row.r_d + lane], S[row.r_j + lane], S[row.r_k + lane]),
             S[row.scale + lane],
@@ -134,12 +134,12 @@ def _compare_attitudes(S):
     whole_vectors()
     is_open = 0
     for lane in range(W):
-        e0, ed, ej, ek, S[row.scale + lane] = attitude.land(
+        e0, ed, ej, ek, S[row.scale + lane] = attitude.complete_attitude(
             (S[row.m_d + lane], S[row.m_j + lane], S[row.m_k + lane]),
             (S[row.r0 + lane], S[row.r_d + lane], S[row.r_j + lane], S[row.r_k + lane]),
         )
         f, d = S[row.side + lane], S[row.axis + lane]
-        ea, eb, ec = attitude.by_axis(d, f * ed, ej, f * ek)
+        ea, eb, ec = attitude.by_cyclic_axes(d, f * ed, ej, f * ek)
         a, b, c = S[row.a + lane], S[row.b + lane], S[row.c + lane]
         q0, qa, qb, qc = S[row.q0 + lane], S[row.qa + lane], S[row.qb + lane], S[row.qc + lane]
         u = q0 * ea - e0 * qa - (qb * ec - qc * eb)

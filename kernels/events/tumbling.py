@@ -110,8 +110,8 @@ def mode_of(I1, I2, I3, w1, w3):
 def _constants(I1, I2, I3, w1, w2, w3):
     """Return (p, m, 1 - m), the moments by role (s, c, d), and the constants of the attitude."""
     p, m, m1, s, c, d = elliptic_constants.constants(I1, I2, I3, w1, w2, w3)
-    moments = elliptic_constants.by_role(s, c, d, I1, I2, I3)
-    return (p, m, m1), moments, attitude.constants(moments, elliptic_constants.by_role(s, c, d, w1, w2, w3), p, m, m1)
+    moments, omega = elliptic_constants.by_role(s, c, d, I1, I2, I3), elliptic_constants.by_role(s, c, d, w1, w2, w3)
+    return (p, m, m1), moments, attitude.attitude_terms(moments, omega, p, m, m1)
 
 
 @njit(**OPTIONS)
@@ -127,7 +127,7 @@ def periods(I1, I2, I3, w1, w2, w3):
     if not (p > 0.0 and m1 > 0.0):
         return math.nan, math.nan, sigma
     K = elliptic.K(m, m1)
-    J = attitude.complete(attitude.landen_complement(m1), top.nu)
+    J = attitude.complete_third_kind(attitude.landen_complement(m1), top.nu)
     return 4.0 * K / p, top.R + top.Q * p * (J / K), sigma
 
 
@@ -151,8 +151,10 @@ def phase_residual(I1, I2, I3, w1, w2, w3):
         return math.nan
     K = elliptic.K(m, m1)
     slower = (a * L / I_d) * (mu_c * mu_c * (abs(I_d - I_c) / I_c)) / (1.0 + a)
-    by_integral = 4.0 * Q * attitude.complete(attitude.landen_complement(m1), nu) - sigma * slower * (4.0 * K / p)
-    return abs(by_integral + sigma * (4.0 * mu_s * mu_c * _quarter_area(a, m, m1, K)))
+    integral = 4.0 * Q * attitude.complete_third_kind(attitude.landen_complement(m1), nu) - sigma * slower * (
+        4.0 * K / p
+    )
+    return abs(integral + sigma * (4.0 * mu_s * mu_c * _quarter_area(a, m, m1, K)))
 
 
 @njit(**INNER)

@@ -107,9 +107,9 @@ def _turn_angles(t, top, chi):
 
     phi is the sum of psi of :mod:`kernels.free.attitude` and of the handle's azimuth about d, the encircled axis.
     """
-    d, side, own_t = top.frame.d, top.frame.turned, t * top.motion.unit
+    d, side, own_t = top.frame.d, top.frame.side, t * top.motion.unit
     m_d, m_j, m_k = attitude.direction(own_t, top)
-    _, m2, m3 = attitude.by_axis(d, side * m_d, m_j, side * m_k)
+    _, m2, m3 = attitude.by_cyclic_axes(d, side * m_d, m_j, side * m_k)
     change = _unwrap_change(math.atan2(m3, m2) - chi, t, top)
     azimuth = side * change if d == 1 else _azimuth_of_axis(m_d, m_j, m_k) - _azimuth_of_axis(*top.frame.m)
     return 2.0 * attitude.half_turn(own_t, top) + azimuth, change, m2, m3
@@ -151,7 +151,7 @@ def exact_turn(moments, begin, chi):
 def _unwrap_change(change, t, top):
     """Return the change of chi with its whole turns: half a turn a half period where the handle is encircled."""
     p, m, m1, unit = top.motion.p, top.motion.m, top.motion.m1, top.motion.unit
-    d, side = top.frame.d, top.frame.turned
+    d, side = top.frame.d, top.frame.side
     change -= TWO_PI * math.floor(change / TWO_PI + 0.5)
     if d != 1 or m1 <= 0.0:
         return change

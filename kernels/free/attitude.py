@@ -4,8 +4,8 @@ r"""Attitude of the free rigid body in closed form, any body, any start, any tim
 space axes, scalar first, ``q' = q (0, w)/2``.  L = |I w| is constant and so is I w in space.
 
 **Shortest arc.**  Let ``m = I w/L`` and d be the axis that the polhode encircles (:mod:`kernels.free.exact`), named so
-that ``m_d >= 0``: where w_d is negative, two axes are turned round.  P(m) = (1 + m_d, m x e_d), made a unit, takes m to
-e_d by the shortest arc, and what is left is a turn about e_d::
+that ``m_d >= 0``: if w_d is negative, two axes are reversed.  P(m) = (1 + m_d, m x e_d), normalised, rotates m to
+e_d by the shortest arc, and the remaining rotation is about e_d::
 
     q(t) = P(m(0))* . (cos psi/2, e_d sin psi/2) . P(m(t)),     psi' = (w_d + 2T/L)/(1 + m_d)
 
@@ -20,7 +20,7 @@ no special cases.
     R  = (A_d + 2T/L)/(1 + a),      nu = k1 mu_c^2/(1 + a)^2
     Q  = -2 k1 (1 + k1) A_d (Delta_d/L^2)/(p (1 + a)^2),     Delta_d = L^2 - 2 T I_d
 
-One integral of the third kind whose characteristic -nu lies in [-1, 0], and no arctangent: where d is the axis of
+One integral of the third kind with characteristic -nu in [-1, 0], and no arctangent: if d is the axis of
 greatest moment every term is positive, and nothing is lost at a = 1.  ``mu_c^2 = 1 - a^2`` and ``mu_s^2 = 1 - a^2 m1``
 are the squares of the greatest m_c and m_s, formed as sums of like-signed terms.
 
@@ -32,10 +32,10 @@ are the squares of the greatest m_c and m_s, formed as sums of like-signed terms
 
 sigma = +1 where d is the axis of greatest moment, -1 where it is the least.  Real parts are positive, so the principal
 values hold for every t.  For one step length h all but m_d(t + h/2) is constant: the exact attitude step, which needs
-neither an elliptic integral nor a sine in the loop.  It steps m, which obeys the exact step of w with other
-coefficients, and errs by a rounding a step.  Where the motion runs along the unstable axis (the separatrix, and
-``m1`` near 0) each rounding grows by e^{pt}, up to a turn: no step from the state alone can hold there what the closed
-form holds, which reads from the start on which side of the separatrix it is.
+neither an elliptic integral nor a sine in the loop.  It steps m, which obeys the exact step of w with coefficients of
+its own, and errs by a rounding a step.  Along the unstable axis (the separatrix, and ``m1`` near 0) each rounding grows
+by e^{pt}, up to a turn: a step from the state alone is inaccurate there, whereas the closed form computes from the
+start on which side of the separatrix it is.
 
 Source: derived from the equations above; P(m) and psi' after Celledoni, Fasso, Saefstroem and Zanna, SIAM J. Sci.
 Comput. 30 (2008) 2084, with the signs derived anew; the step is not found in print.  R_J: Carlson, Numer. Algorithms
@@ -53,8 +53,8 @@ from kernels.free import elliptic_constants
 from kernels.free.elliptic import Ladder, climb, jacobi_short, ladder
 from kernels.free.rigid_body import relabel
 
-FAR = 700.0  # beyond it sech underflows; what arg needs there is a ratio that no longer changes
-SETTLED_TANH = 20.0  # tanh is one to rounding
+MAX_ARGUMENT = 700.0  # largest argument of sech that does not underflow; the ratios in arg are constant beyond
+SETTLED_TANH = 20.0  # the argument from which tanh is one to rounding
 
 
 @njit(**OPTIONS)
@@ -63,6 +63,9 @@ def carlson_rj(x, y, z, p):
 
     Duplication until the spread is small, then the series to seventh order; relative error about 4e-16.
     Source: Carlson, Numer. Algorithms 10 (1995) 13, algorithm for R_J; DLMF 19.26.22, 19.36.2.
+
+    Args:
+        `x`, `y`, `z`, `p` (float): Arguments, not checked.
     """
     mean = 0.2 * (x + y + z + 2.0 * p)
     delta = (p - x) * (p - y) * (p - z)
@@ -91,7 +94,7 @@ def carlson_rj(x, y, z, p):
 
 
 @njit(**OPTIONS)
-def complete(complement, nu):
+def complete_third_kind(complement, nu):
     """Return ``int_0^K s^2/(1 + nu s^2) dv``, s = sn(v), for a modulus of complement k' > 0 and nu >= 0.
 
     Bulirsch's ``cel(k', 1 + nu, 0, 1)``: arithmetic-geometric means, all terms positive; relative error 4e-16.
@@ -114,7 +117,7 @@ def complete(complement, nu):
     return 0.5 * math.pi * (b + a * em) / (em * (em + p))
 
 
-class Turning(NamedTuple):
+class AttitudeTerms(NamedTuple):
     """Constants of the attitude of one trajectory, with the symbols of the module's docstring."""
 
     L: float
@@ -122,7 +125,7 @@ class Turning(NamedTuple):
     a: float  #: with mu_c and mu_s, the greatest m_d, m_c and m_s
     mu_c: float
     mu_s: float
-    R: float  #: with Q (where p > 0), k1 and nu, rates, modulus and characteristic of Psi
+    R: float  #: R and Q (0 if p = 0) are rates, k1 and nu modulus and characteristic of Psi
     Q: float
     k1: float
     nu: float
@@ -130,32 +133,34 @@ class Turning(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """The axes (d, j, k) from which a motion is seen, in cyclic order."""
+    """The axes (d, j, k) of a motion in cyclic order, and L in them."""
 
     d: int  #: the axis that the polhode encircles
-    turned: float  #: -1 where w_d is negative and half a turn about j makes it positive, else 1
+    side: float  #: -1 if w_d is negative and half a turn about j makes it positive, else 1
     on_j: bool  #: whether sn runs on j
     g: tuple  #: I/L
     m: tuple  #: direction of L at the start
 
 
 class Attitude(NamedTuple):
-    """One motion, set up by :func:`prepare` for :func:`at`; ``complete`` is J(K) of the second modulus, k1."""
+    """One motion, set up by :func:`prepare` for :func:`attitude_at`; ``complete`` is J(K) of the modulus k1."""
 
     motion: elliptic_constants.Motion
-    turning: Turning
+    terms: AttitudeTerms
     frame: Frame
     ladder: Ladder
-    second: Ladder
+    ladder_k1: Ladder
     complete: float
 
 
 @njit(**INLINE)
-def constants(moments, omega, p, m, m1):
-    """Return the :class:`Turning` of one trajectory, by role; straight-line code for loops over lanes.
+def attitude_terms(moments, omega, p, m, m1):
+    """Return the :class:`AttitudeTerms` of one trajectory; straight-line code for loops over lanes.
 
-    Moments and angular velocity near one, and w not constant; p, m and m1 from
-    :func:`kernels.free.elliptic_constants.constants`.
+    Args:
+        moments (tuple of 3 floats): Moments near one, by role (s, c, d).
+        omega (tuple of 3 floats): Angular velocity near one, by role, and not constant in time.
+        `p`, `m`, `m1` (float): From :func:`kernels.free.elliptic_constants.constants`.
     """
     I_s, I_c, I_d = moments
     w_s, w_c, w_d = omega
@@ -172,16 +177,21 @@ def constants(moments, omega, p, m, m1):
     root = 1.0 + math.sqrt(m1)
     k1 = m / (root * root)
     R = (A_d + T2 / L) / (1.0 + a)
-    one = (1.0 + a) * (1.0 + a)
-    Q = sigma * 2.0 * k1 * (1.0 + k1) * A_d * (mu_c2 * (gap / I_c)) / one
+    square = (1.0 + a) * (1.0 + a)
+    Q = sigma * 2.0 * k1 * (1.0 + k1) * A_d * (mu_c2 * (gap / I_c)) / square
     Q = Q / p if p > 0.0 else 0.0
-    return Turning(L, T2, a, math.sqrt(mu_c2), math.sqrt(mu_s2), R, Q, k1, k1 * mu_c2 / one, sigma)
+    return AttitudeTerms(L, T2, a, math.sqrt(mu_c2), math.sqrt(mu_s2), R, Q, k1, k1 * mu_c2 / square, sigma)
 
 
 @njit(**INLINE)
-def middle_shift(turning, sn, cn, dn):
-    """Return the complex zeta of the module's docstring; (sn, cn, dn) are those of half the step."""
-    a, mu_c, mu_s = turning.a, turning.mu_c, turning.mu_s
+def middle_shift(terms, sn, cn, dn):
+    """Return the complex zeta of the module's docstring.
+
+    Args:
+        terms (AttitudeTerms): Constants of the trajectory.
+        `sn`, `cn`, `dn` (float): Elliptic functions of half the step.
+    """
+    a, mu_c, mu_s = terms.a, terms.mu_c, terms.mu_s
     below = a * a + mu_c * mu_c * (sn * sn)
     scale = a / (below if below > 0.0 else 1.0)
     return (scale * (a * dn) if below > 0.0 else 1.0), scale * (mu_c * mu_s * (sn * cn))
@@ -189,28 +199,31 @@ def middle_shift(turning, sn, cn, dn):
 
 @njit(**OPTIONS)
 def third_kind(v, top):
-    """Return J(v) of the module's docstring for any v."""
-    nu = top.turning.nu
+    """Return J(v) of the module's docstring for any v and the :class:`Attitude` ``top``."""
+    nu = top.terms.nu
     if top.motion.m1 <= 0.0 and abs(v) > SETTLED_TANH:
         root = math.sqrt(nu)
-        bent = math.atan(root * math.tanh(v)) / root if root > 0.0 else math.tanh(v)
-        return (v - bent) / (1.0 + nu)
-    s, c, d = climb(v, top.second)
-    turns = math.floor(v * top.second.ah / math.pi + 0.5)
+        arc = math.atan(root * math.tanh(v)) / root if root > 0.0 else math.tanh(v)
+        return (v - arc) / (1.0 + nu)
+    s, c, d = climb(v, top.ladder_k1)
+    turns = math.floor(v * top.ladder_k1.ah / math.pi + 0.5)
     if turns % 2.0 != 0.0:
         s, c = -s, -c
     if c < 0.0:  # v/2K was rounded across a half
         turns += math.copysign(1.0, s)
         s, c = -s, -c
-    rest = s * s * s / 3.0 * carlson_rj(min(c * c, d * d), d * d, 1.0, 1.0 + nu * s * s)
-    return rest + 2.0 * turns * top.complete
+    within_period = s * s * s / 3.0 * carlson_rj(min(c * c, d * d), d * d, 1.0, 1.0 + nu * s * s)
+    return within_period + 2.0 * turns * top.complete
 
 
 @njit(**INLINE)
 def heading(q, n, m):
     """Return cos and sin of psi/2, to a positive factor: ``P(n) q P(m)*`` with the axis a on the side of L.
 
-    n is the direction of L in the body at the start, m now, with n_a and m_a > 0; axes in the cyclic order (a, b, c).
+    Args:
+        `q` (tuple of 4 floats): Attitude since the start, scalar first, axes in the cyclic order (a, b, c).
+        `n` (tuple of 3 floats): Direction of L in the body at the start, n_a > 0.
+        `m` (tuple of 3 floats): Direction of L in the body at the end, m_a > 0.
     """
     q0, qa, qb, qc = q
     n_a, n_b, n_c = n
@@ -226,8 +239,13 @@ def heading(q, n, m):
 
 
 @njit(**INLINE)
-def lifted(n, x, y):
-    """Return ``P(n)* (x + y e_d)`` as a quaternion (scalar, d, j, k), n the direction of L in the body at first."""
+def partial_attitude(n, x, y):
+    """Return ``P(n)* (x + y e_d)`` as a quaternion (scalar, d, j, k).
+
+    Args:
+        `n` (tuple of 3 floats): Direction of L in the body at the start, by axes (d, j, k).
+        `x`, `y` (float): cos(psi/2) and sin(psi/2).
+    """
     n_d, n_j, n_k = n
     N = 1.0 + n_d
     return N * x, N * y, n_j * y - n_k * x, n_j * x + n_k * y
@@ -235,44 +253,44 @@ def lifted(n, x, y):
 
 @njit(**OPTIONS)
 def prepare(moments, start):
-    """Return the :class:`Attitude` of a motion."""
+    """Return the :class:`Attitude` of a motion, of moments and an angular velocity at its start in any units."""
     I1, I2, I3, _ = elliptic_constants.scaled(moments[0], moments[1], moments[2])
     w1, w2, w3, unit = elliptic_constants.scaled(start[0], start[1], start[2])
     top = elliptic_constants.set_up_near_one(I1, I2, I3, w1, w2, w3)
     s, c, d = top.axes
     on_j = s == d % 3 + 1
     w_s, w_c, w_d = top.w
-    turned = -1.0 if w_d < 0.0 else 1.0
-    w = (w_s, turned * w_c, turned * w_d) if on_j else (turned * w_s, w_c, turned * w_d)
-    turning = constants(elliptic_constants.by_role(s, c, d, I1, I2, I3), w, top.p, top.m, top.m1)
-    g = relabel(I1 / turning.L, I2 / turning.L, I3 / turning.L, d)
+    side = -1.0 if w_d < 0.0 else 1.0
+    w = (w_s, side * w_c, side * w_d) if on_j else (side * w_s, w_c, side * w_d)
+    terms = attitude_terms(elliptic_constants.by_role(s, c, d, I1, I2, I3), w, top.p, top.m, top.m1)
+    g = relabel(I1 / terms.L, I2 / terms.L, I3 / terms.L, d)
     w_d, w_j, w_k = (w[2], w[0], w[1]) if on_j else (w[2], w[1], w[0])
     motion = elliptic_constants.Motion(top.p, top.m, top.m1, top.axes, top.c, w, unit)
-    frame = Frame(d, turned, on_j, g, (g[0] * w_d, g[1] * w_j, g[2] * w_k))
+    frame = Frame(d, side, on_j, g, (g[0] * w_d, g[1] * w_j, g[2] * w_k))
     complement = landen_complement(top.m1)
-    second = ladder(turning.k1 * turning.k1, complement * complement)
-    return Attitude(motion, turning, frame, ladder(top.m, top.m1), second, complete(complement, turning.nu))
+    ladder_k1 = ladder(terms.k1 * terms.k1, complement * complement)
+    return Attitude(motion, terms, frame, ladder(top.m, top.m1), ladder_k1, complete_third_kind(complement, terms.nu))
 
 
 @njit(**OPTIONS)
 def half_turn(t, top):
-    """Return half of psi, rad, at the time t (in the motion's own unit)."""
+    """Return half of psi, rad, at the time t (in the unit of ``top``, an :class:`Attitude`)."""
     p, _, m1, _, c, w, _ = top.motion
-    turning, g_d = top.turning, top.frame.g[0]
+    terms, g_d = top.terms, top.frame.g[0]
     half, short = 0.5 * p * t, 0.5 * t
-    J = third_kind(half / (1.0 + turning.k1), top)
-    if m1 <= 0.0 and abs(half) > FAR:
-        half, short = math.copysign(FAR, half), short * (FAR / abs(half))
+    J = third_kind(half / (1.0 + terms.k1), top)
+    if m1 <= 0.0 and abs(half) > MAX_ARGUMENT:
+        half, short = math.copysign(MAX_ARGUMENT, half), short * (MAX_ARGUMENT / abs(half))
     sn, cn, dn = climb(half, top.ladder)
-    zr, zi = middle_shift(turning, sn, cn, dn)
+    zr, zi = middle_shift(terms, sn, cn, dn)
     _, _, x_d = elliptic_constants.advance_by_role(w, c, p, short, sn, cn, dn)
-    bend = math.atan2(zi, g_d * x_d + zr) - math.atan2(zi, turning.a + zr)
-    return 0.5 * turning.R * t + turning.Q * J + turning.sigma * bend
+    bend = math.atan2(zi, g_d * x_d + zr) - math.atan2(zi, terms.a + zr)
+    return 0.5 * terms.R * t + terms.Q * J + terms.sigma * bend
 
 
 @njit(**OPTIONS)
 def direction(t, top):
-    """Return the direction m of L in the body by the axes (d, j, k) of its frame, at t (in the motion's own unit)."""
+    """Return the direction m of L in the body, by the axes (d, j, k), at t (in the unit of ``top``)."""
     p, _, _, _, c, w, _ = top.motion
     g = top.frame.g
     sn, cn, dn = climb(p * t, top.ladder)
@@ -282,25 +300,32 @@ def direction(t, top):
 
 
 @njit(**OPTIONS)
-def at(t, top):
+def attitude_at(t, top):
     """Return attitude since the start (unit quaternion) and direction m of L in the body, a time t (s) after it."""
-    d, turned, begin = top.frame.d, top.frame.turned, top.frame.m
+    d, side, begin = top.frame.d, top.frame.side, top.frame.m
     t *= top.motion.unit
     angle = half_turn(t, top)
     m_d, m_j, m_k = direction(t, top)
-    q0, qd, qj, qk, _ = land((m_d, m_j, m_k), lifted(begin, math.cos(angle), math.sin(angle)))
-    return (q0, *by_axis(d, turned * qd, qj, turned * qk)), by_axis(d, turned * m_d, m_j, turned * m_k)
+    q0, qd, qj, qk, _ = complete_attitude((m_d, m_j, m_k), partial_attitude(begin, math.cos(angle), math.sin(angle)))
+    return (q0, *by_cyclic_axes(d, side * qd, qj, side * qk)), by_cyclic_axes(d, side * m_d, m_j, side * m_k)
 
 
 @njit(**OPTIONS)
-def fill(moments, start, times, out):
-    """Fill ``out`` (n, 4) with the attitude since the start at ``times`` (n,); what is constant is computed once."""
+def fill_attitude(moments, start, times, out):
+    """Fill attitudes since the start; constants are computed once.
+
+    Args:
+        moments (numpy.ndarray, shape (3,)): Principal moments, kg m2.
+        start (numpy.ndarray, shape (3,)): Angular velocity at the start, rad/s.
+        times (numpy.ndarray, shape (n,)): Times, s.
+        out (numpy.ndarray, shape (n, 4)): Written: unit quaternions, scalar first.
+    """
     if elliptic_constants.is_stationary(elliptic_constants.coefficients(moments[0], moments[1], moments[2]), start):
         _fill_steady(start, times, out)
         return
     top = prepare(moments, start)
     for i in range(times.shape[0]):
-        q, _ = at(times[i], top)
+        q, _ = attitude_at(times[i], top)
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = q
 
 
@@ -312,8 +337,8 @@ def landen_complement(m1):
 
 
 @njit(**INLINE)
-def by_axis(d, x_d, x_j, x_k):
-    """Return the values of the axes (d, j, k) in the order of the axes 1, 2, 3."""
+def by_cyclic_axes(d, x_d, x_j, x_k):
+    """Return the values x_d, x_j, x_k of the axes (d, j, k), cyclic from the axis `d`, in the order 1, 2, 3."""
     x1 = x_d if d == 1 else (x_k if d == 2 else x_j)
     x2 = x_j if d == 1 else (x_d if d == 2 else x_k)
     x3 = x_k if d == 1 else (x_j if d == 2 else x_d)
@@ -340,8 +365,14 @@ def _rate(u, m, A_d, a, mean):
 
 
 @njit(**INLINE)
-def short_turn(delta, m, A_d, a, mean):
-    """Return ``Psi/h`` over half a step, delta = p h/2 <= 0.5, by Gauss and Legendre's eight nodes, error 1e-17."""
+def half_step_psi(delta, m, A_d, a, mean):
+    """Return ``Psi/h`` over half a step by Gauss and Legendre's eight nodes, error 1e-17.
+
+    Args:
+        delta (float): p h/2, at most 0.5.
+        `m` (float): Parameter of the elliptic functions.
+        A_d, `a`, mean (float): A_d and a of the module's docstring, and 2T/L.
+    """
     return 0.5 * (
         0.05061426814518853 * _rate(0.019855071751231912 * delta, m, A_d, a, mean)
         + 0.11119051722668721 * _rate(0.10166676129318664 * delta, m, A_d, a, mean)
@@ -363,7 +394,7 @@ class Steps(NamedTuple):
     """
 
     d: int  #: the axis that the polhode encircles; axes are in the cyclic order (d, j, k)
-    turned: float  #: -1 where the axes d and k have been turned round (w_d is negative), else 1
+    side: float  #: -1 if the axes d and k are reversed (w_d is negative), else 1
     g: tuple  #: I/L: m = g w
     x: tuple
     y: tuple
@@ -373,24 +404,27 @@ class Steps(NamedTuple):
 def short_step_constants(moments, omega, h):
     """Return the :class:`Steps` for ``p |h| <= 1``, with neither branch nor loop, for loops over lanes.
 
-    Moments and angular velocities near one.
+    Args:
+        moments (tuple of 3 floats): Principal moments near one.
+        omega (tuple of 3 floats): Angular velocity near one.
+        `h` (float): Length of the step.
     """
     p, m, m1, s, c, d = elliptic_constants.constants(*moments, *omega)
     _, _, w_d = elliptic_constants.by_role(s, c, d, *omega)
-    turning = constants(
+    terms = attitude_terms(
         elliptic_constants.by_role(s, c, d, *moments), elliptic_constants.by_role(s, c, d, *omega), p, m, m1
     )
-    L, a = turning.L, turning.a
+    L, a = terms.L, terms.a
     delta = 0.5 * p * h
     sn, cn, dn = jacobi_short(delta, m)
     I_d, I_j, I_k = relabel(*moments, d)
-    half = h * short_turn(delta, m, a * L / I_d, a, turning.T2 / L)
-    turned = -1.0 if w_d < 0.0 else 1.0
+    half = h * half_step_psi(delta, m, a * L / I_d, a, terms.T2 / L)
+    side = -1.0 if w_d < 0.0 else 1.0
     S = sn / p if p > 0.0 else 0.5 * h
     across = ((I_j - I_k) / I_j) * (L / I_k) * (S * cn)
     square = abs(((I_d - I_j) / I_k) * ((I_k - I_d) / I_j)) * (S * S) * (L / I_d) * (L / I_d)
-    zr, zi = middle_shift(turning, sn, cn, dn)
-    zi *= turning.sigma
+    zr, zi = middle_shift(terms, sn, cn, dn)
+    zi *= terms.sigma
     x, y = a + zr, -zi
     size = math.sqrt(x * x + y * y)
     cosine, sine = math.cos(half), math.sin(half)
@@ -398,23 +432,27 @@ def short_step_constants(moments, omega, h):
     f_r, f_i = e_r * zr - e_i * zi, e_r * zi + e_i * zr
     real = f_r * (cn * cn), e_r * dn, f_r * square, e_r * across
     imaginary = f_i * (cn * cn), e_i * dn, f_i * square, e_i * across
-    return Steps(d, turned, (I_d / L, I_j / L, I_k / L), real, imaginary)
+    return Steps(d, side, (I_d / L, I_j / L, I_k / L), real, imaginary)
 
 
 @njit(**INLINE)
-def of_direction(q, g):
-    """Return the coefficients by which :func:`kernels.free.exact.step` takes m = g w, from those for w."""
+def direction_coefficients(q, g):
+    """Return the coefficients with which :func:`kernels.free.exact.step` advances m = g w, from those (q) for w."""
     q_d, q_j, q_k = q
     g_d, g_j, g_k = g
     return q_d * (g_d / (g_j * g_k)), q_j * (g_j / (g_k * g_d)), q_k * (g_k / (g_d * g_j))
 
 
 @formula
-def step(m, R, size, x, y):
+def step_attitude(m, R, size, x, y):
     """Return one exact step of ``R = P(m(0))* exp(i psi/2)`` from the direction m of L, up to a factor.
 
-    x and y are those of :class:`Steps`, ``size`` is the factor that the last landing found: R is brought back to its
-    size a step late, so that nothing waits for a root.
+    Args:
+        `m` (tuple of 3 floats): Direction of L in the body before the step, by axes (d, j, k).
+        `R` (tuple of 4 floats): The quaternion before the step.
+        size (float): Factor of the last :func:`complete_attitude`: R is normalised a step late, so that no step waits
+            for a square root.
+        `x`, `y` (tuple of 4 floats): Constants of :class:`Steps`.
     """
     m_d, m_j, m_k = m
     r0, rd, rj, rk = R
@@ -425,7 +463,7 @@ def step(m, R, size, x, y):
 
 
 @formula
-def _refined(guess, x):
+def _refine_root(guess, x):
     """Return ``1/sqrt(x)`` from a guess, by a step of third order."""
     e = 1.0 - x * (guess * guess)
     return guess + guess * e * (0.5 + 0.375 * e)
@@ -435,13 +473,13 @@ def _refined(guess, x):
 def _reciprocal_root(x):
     """Return ``1/sqrt(x)`` of an x of moderate size: a guess in single precision, and one step of third order.
 
-    A root and a division of whole vectors of doubles would take as long as all the rest of an exact step.
+    A root and a division of whole vectors of doubles would double the time of an exact step.
     """
-    return _refined(np.float64(np.float32(1.0) / math.sqrt(np.float32(x))), x)
+    return _refine_root(np.float64(np.float32(1.0) / math.sqrt(np.float32(x))), x)
 
 
 @formula
-def _square(m, R):
+def _squared_size(m, R):
     """Return squared size of R P(m)."""
     m_d, m_j, m_k = m
     r0, rd, rj, rk = R
@@ -450,7 +488,7 @@ def _square(m, R):
 
 
 @formula
-def _landed(m, R, size):
+def _scale_product(m, R, size):
     """Return ``size`` times R P(m)."""
     m_d, m_j, m_k = m
     r0, rd, rj, rk = R
@@ -464,10 +502,10 @@ def _landed(m, R, size):
 
 
 @njit(**INLINE)
-def land(m, R):
+def complete_attitude(m, R):
     """Return the attitude ``R P(m)`` as a unit quaternion (scalar, d, j, k), and the factor that made it one.
 
-    Its size is the product of those of R and P(m).
+    The factor is 1/(|R| |P(m)|); arguments as for :func:`step_attitude`.
     """
-    size = _reciprocal_root(_square(m, R))
-    return (*_landed(m, R, size), size)
+    size = _reciprocal_root(_squared_size(m, R))
+    return (*_scale_product(m, R, size), size)

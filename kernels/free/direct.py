@@ -113,7 +113,7 @@ def choose_steps(x, size, coefficients, samples, tolerance):
     At most MAX_STEPS; if these are too few, the certificate shows it.
 
     Args:
-        x (float): max|c_i| times the sample spacing in radians of spin.
+        `x` (float): max|c_i| times the sample spacing in radians of spin.
         size (float): Largest size of the perturbation in the run, relative to the spin.
         coefficients (tuple of 3 floats): :func:`truncation` at each of ORDERS, for that size.
         samples (int): Number of sample intervals over which errors add up.

@@ -79,8 +79,8 @@ def constants(I1, I2, I3, w1, w2, w3):
     """Return p, m, m1 and axes of a trajectory as :class:`Motion` has them, straight-line code for loops over lanes.
 
     Args:
-        I1, I2, I3, w1, w2, w3 (float): Moments and angular velocity near one, the largest between 1e-50 and 1e50; p is
-            in the unit of w.
+        `I1`, `I2`, `I3`, `w1`, `w2`, `w3` (float): Moments and angular velocity near one, the largest between 1e-50 and
+            1e50; p is in the unit of w.
     """
     smallest, sn_axis, greatest = inertia_order(I1, I2, I3)
     I_min, I_mid, I_max = by_role(smallest, sn_axis, greatest, I1, I2, I3)
@@ -134,8 +134,8 @@ def set_up(I1, I2, I3, w1, w2, w3):
     """Return the :class:`Motion` of a body.
 
     Args:
-        I1, I2, I3 (float): Principal moments of inertia > 0, kg m2.
-        w1, w2, w3 (float): Angular velocity at the start, rad/s.
+        `I1`, `I2`, `I3` (float): Principal moments of inertia > 0, kg m2.
+        `w1`, `w2`, `w3` (float): Angular velocity at the start, rad/s.
     """
     I1, I2, I3, _ = scaled(I1, I2, I3)
     w1, w2, w3, unit = scaled(w1, w2, w3)

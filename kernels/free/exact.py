@@ -7,7 +7,7 @@ r"""The free asymmetric top in closed form, any body, any start, any time; and t
 
 **One variable.**  ``X_i = c_j c_k w_i^2`` obeys ``dX_i/dt = 2 c_1 c_2 c_3 w_1 w_2 w_3``, the same for all three:
 the differences of the X are constants of the motion, and everything follows from their order.  The middle
-axis has ``c_j c_k >= 0``, the two others ``<= 0``.  Name the axes s (greatest X, always the middle axis),
+axis has ``c_j c_k >= 0``, the extreme axes ``<= 0``.  Name the axes s (greatest X, always the middle axis),
 c (middle X) and d (least X), and write::
 
     p^2    = X_s - X_d = |c_c c_s| w_d^2 + |c_c c_d| w_s^2
@@ -26,8 +26,8 @@ In the usual words, d is the axis of greatest moment where ``L^2 > 2 E I_mid`` a
     N  = L^2 - 2 E I_mid = I_max (I_max - I_mid) w_max^2 - I_min (I_mid - I_min) w_min^2
     m1 = |c_mid| |N|/(I_min I_max p^2)
 
-N is the one true difference.  It is formed in double-double with the differences of the moments exact, so m1
-has its full relative precision however near the separatrix (m1 = 0) the motion is.
+N alone is a difference of unequal terms.  It is formed in double-double with the differences of the moments exact,
+so m1 has its full relative precision however near the separatrix (m1 = 0) the motion is.
 
 **Any time.**  The addition theorems with the amplitudes eliminated by the three relations above, where sn, cn
 and dn are those of ``p t`` and ``S = sn/p``::
@@ -38,7 +38,7 @@ and dn are those of ``p t`` and ``S = sn/p``::
     w_d(t) = (w_d dn    + c_d S w_s w_c cn)/D
 
 D is ``1 - m sn^2 sn0^2`` as a sum of squares (D0 = dn u0).  There is no starting phase, and no small component
-is ever the difference of large ones, for no term over D exceeds its component's amplitude: a perturbation
+is ever the difference of large terms, for no term over D exceeds its component's amplitude: a perturbation
 keeps its relative digits, about the middle axis too.  Where p = 0 (nothing turns, or the secular drift of a
 symmetric top spinning about a transverse axis) ``S = t``.
 
@@ -87,7 +87,14 @@ from kernels.free.elliptic_constants import (
 
 @njit(**OPTIONS)
 def fill_rotation(moments, start, times, out):
-    """Fill ``out`` (n, 3) with the angular velocity at every one of ``times`` (n,); constants are computed once."""
+    """Fill angular velocities; constants are computed once.
+
+    Args:
+        moments (numpy.ndarray, shape (3,)): Principal moments, kg m2.
+        start (numpy.ndarray, shape (3,)): Angular velocity at time zero, rad/s.
+        times (numpy.ndarray, shape (n,)): Times, s.
+        out (numpy.ndarray, shape (n, 3)): Written: angular velocity, rad/s.
+    """
     p, m, m1, axes, c, w, unit = set_up(moments[0], moments[1], moments[2], start[0], start[1], start[2])
     means = ladder(m, m1)
     for i in range(times.shape[0]):
@@ -104,7 +111,7 @@ def rotation(moments, omega_start, times):
 
     Args:
         moments (array_like, shape (3,)): Principal moments of inertia, kg m2, finite and > 0.  The triangle inequality
-            is not asked for.
+            is not required.
         omega_start (array_like, shape (3,)): Angular velocity at time zero, rad/s, finite.
         times (array_like, shape (n,)): Times, s, in any order and of any sign.
 
@@ -114,7 +121,7 @@ def rotation(moments, omega_start, times):
             component of a perturbed spin is right relative to the transverse size.
 
     Raises:
-        ValueError: If a shape or a value is none of these.
+        ValueError: If a shape or a value is not as stated.
     """
     moments, start, times = check_motion(moments, omega_start, times)
     out = np.empty((times.size, 3))
@@ -124,9 +131,15 @@ def rotation(moments, omega_start, times):
 
 @formula
 def step_coefficients(c, p, h, sn, cn, dn):
-    """Return ``q = g c h/2`` of the exact step, by role; (sn, cn, dn) are those of ``p h/2``.
+    """Return ``q = g c h/2`` of the exact step, s, by role.
 
-    ``q_s = c_s S/(cn dn), q_c = c_c S dn/cn, q_d = c_d S cn/dn`` with ``S = sn/p``, or h/2 where p = 0.
+    ``q_s = c_s S/(cn dn), q_c = c_c S dn/cn, q_d = c_d S cn/dn`` with ``S = sn/p``, or h/2 if p = 0.
+
+    Args:
+        `c` (tuple of 3 floats): Euler coefficients by role (s, c, d).
+        `p` (float): Rate p, rad/s.
+        `h` (float): Length of the step, s.
+        `sn`, `cn`, `dn` (float): Elliptic functions of p h/2.
     """
     c_s, c_c, c_d = c
     S = sn / p if p > 0.0 else h / 2
@@ -137,8 +150,12 @@ def step_coefficients(c, p, h, sn, cn, dn):
 def short_step_constants(moments, omega, h):
     """Return the coefficients ``q1, q2, q3`` (s) of a step of length h (s), ``p |h| <= 1``, for :func:`step`.
 
-    Moments and angular velocities near one (the largest of each between 1e-50 and 1e50). There is neither branch nor
-    loop, for loops over lanes.
+    There is neither branch nor loop, for loops over lanes.
+
+    Args:
+        moments (tuple of 3 floats): Principal moments, the largest between 1e-50 and 1e50.
+        omega (tuple of 3 floats): Angular velocity, rad/s, its largest component between 1e-50 and 1e50.
+        `h` (float): Length of the step, s.
     """
     top = set_up_near_one(*moments, *omega)
     sn, cn, dn = jacobi_short(0.5 * top.p * h, top.m)
@@ -150,8 +167,11 @@ def step(w1, w2, w3, q1, q2, q3):
     """Return ``w_i + 2 [w_i (A_j + A_k) + q_i w_j w_k (1 + A_i)]/(1 - A_1 - A_2 - A_3 - 2 Q)``, one exact step.
 
     ``A_i = q_j q_k w_i^2``, ``Q = q_1 q_2 q_3 w_1 w_2 w_3``: some 40 operations and one division, straight through.  A
-    loop over lanes that calls it compiles to packed code.  Angular velocity in rad/s, coefficients from
-    :func:`short_step_constants` in s.
+    loop over lanes that calls it compiles to packed code.
+
+    Args:
+        `w1`, `w2`, `w3` (float): Angular velocity before the step, rad/s.
+        `q1`, `q2`, `q3` (float): Coefficients of :func:`short_step_constants`, s.
     """
     q12, q13 = q1 * w2, q1 * w3
     q21, q23 = q2 * w1, q2 * w3
@@ -170,14 +190,14 @@ def amplitudes(top):
     """Return ``(A_s, A_c, A_d)`` in ``top.unit``, ``A_c >= 0``, A_d of the sign of w_d, A_s of that of c_s A_d.
 
     ``A_s^2 = w_s^2 + |c_s/c_c| w_c^2``, ``A_c^2 = w_c^2 + |c_c/c_s| w_s^2``, ``A_d^2 = w_d^2 + |c_d/c_s| w_s^2``.
-    For a sphere, whose ratios are 0/0, ``|c_c/c_s|`` counts as one.
+    For a sphere, with the ratios 0/0, ``|c_c/c_s|`` counts as one.
     """
     c_s, c_c, c_d = top.c
     w_s, w_c, w_d = top.w
-    turning = (c_s != 0.0) & (c_c != 0.0)
-    ratio = math.sqrt(abs(c_c / c_s)) if turning else 1.0
-    nod = math.sqrt(abs(c_d / c_s)) if turning else 0.0
-    A_d = math.copysign(math.hypot(w_d, nod * w_s), w_d)
+    has_ratios = (c_s != 0.0) & (c_c != 0.0)
+    ratio = math.sqrt(abs(c_c / c_s)) if has_ratios else 1.0
+    ratio_d = math.sqrt(abs(c_d / c_s)) if has_ratios else 0.0
+    A_d = math.copysign(math.hypot(w_d, ratio_d * w_s), w_d)
     A_s = math.copysign(math.hypot(w_s, w_c / ratio), c_s * A_d)
     return A_s, math.hypot(w_c, ratio * w_s), A_d
 
@@ -239,32 +259,32 @@ def max_tilt(top, axis):
 def polhode(moments, omega_start, n):
     r"""Return the closed curve that the angular velocity traces in the body, from its start and in its own direction.
 
-    The polhode is where the ellipsoids ``2 E = I_1 w_1^2 + I_2 w_2^2 + I_3 w_3^2`` and ``L^2 = (I_1 w_1)^2 +
-    (I_2 w_2)^2 + (I_3 w_3)^2`` meet, as far as the motion reaches.  With the roles and amplitudes of the closed form
-    and ``phi = am u``, the amplitude of the elliptic functions::
+    The polhode is the intersection of the ellipsoids ``2 E = I_1 w_1^2 + I_2 w_2^2 + I_3 w_3^2`` and
+    ``L^2 = (I_1 w_1)^2 + (I_2 w_2)^2 + (I_3 w_3)^2``, as far as the motion reaches.  With the roles and amplitudes of
+    the closed form and ``phi = am u``, the amplitude of the elliptic functions::
 
         w_s = A_s sin phi,    w_c = A_c cos phi,    w_d = A_d sqrt(m1 + m cos^2 phi)
 
-    Points stand at equal steps of phi: seen along the axis d it goes round, the curve is an ellipse and phi its
+    Points are at equal steps of phi: seen along the encircled axis d, the curve is an ellipse and phi its
     eccentric angle.  Equal steps of time would crowd at the middle axis near the separatrix.
 
-    On the separatrix (m1 = 0) the motion takes for ever over half a curve, from one end of the middle axis to the
-    other.  What is returned there is one whole branch, the plane ellipse ``w_c/A_c = +-w_d/A_d`` that holds that
-    half: the second half is the motion of the opposite signs of w_c and w_d, and the two branches cross in the ends
-    of the middle axis.
+    On the separatrix (m1 = 0) half a curve, between the ends of the middle axis, takes infinite time.
+    The result is then a whole branch, the plane ellipse ``w_c/A_c = +-w_d/A_d`` that contains that half: the second
+    half is the motion of the opposite signs of w_c and w_d, and the two branches cross in the ends of the middle axis.
 
     Args:
         moments (array_like, shape (3,)): Principal moments of inertia, kg m2, finite and > 0.
         omega_start (array_like, shape (3,)): Angular velocity anywhere on the curve, rad/s, finite.
-        n (int): Number of points, at least 2.
+        `n` (int): Number of points, at least 2.
 
     Returns:
-        numpy.ndarray, shape (n, 3): Angular velocity, rad/s; the first and the last point are the start.  Where nothing
-            moves (a sphere, a principal spin, a symmetric top spinning about a transverse axis) every point is.  Each
+        numpy.ndarray, shape (n, 3): Angular velocity, rad/s; the first and the last point are the start.  If the
+            angular velocity is constant (a sphere, a principal spin, a symmetric top spinning about a transverse axis),
+            every point is the start.  Each
             point is on both ellipsoids to some ten roundings, and each component right relative to its own amplitude.
 
     Raises:
-        ValueError: If a shape or a value is none of these.
+        ValueError: If a shape or a value is not as stated.
 
     Source: Landau and Lifshitz, Mechanics, section 37; the polhode is Poinsot's (1834).
     """
@@ -289,7 +309,7 @@ def polhode(moments, omega_start, n):
 def attitude(moments, omega_start, times):
     """Return the attitude of a free rigid body since its start, in closed form, any body, any start, any time.
 
-    Solves ``q' = q (0, w)/2`` beside Euler's equations (:mod:`kernels.free.attitude`).
+    Solves ``q' = q (0, w)/2`` with Euler's equations (:mod:`kernels.free.attitude`).
 
     Args:
         moments (array_like, shape (3,)): Principal moments of inertia, kg m2, finite and > 0.
@@ -297,19 +317,18 @@ def attitude(moments, omega_start, times):
         times (array_like, shape (n,)): Times, s, in any order and of any sign.
 
     Returns:
-        numpy.ndarray, shape (n, 4): Unit quaternions, scalar first, that turn vectors from body axes to space axes; q
+        numpy.ndarray, shape (n, 4): Unit quaternions, scalar first, that rotate vectors from body axes to space axes; q
             and -q are one attitude, and the sign follows the motion from the start. Error at most ``1e-14 + 4e-16 x``
             the radians turned, or a few roundings of the inputs times the attitude's sensitivity to them where that is
             more.
 
     Raises:
-        ValueError: If a shape or a value is none of these.
+        ValueError: If a shape or a value is not as stated.
     """
     moments, start, times = check_motion(moments, omega_start, times)
     if not start.any():
         raise ValueError("omega_start must not be zero: nothing turns")
     out = np.empty((times.size, 4))
-    import_module("kernels.free.attitude").fill(
-        moments, start, times, out
-    )  # no part of kernels that import this module
+    # imported here, so that kernels that import this module do not depend on its source
+    import_module("kernels.free.attitude").fill_attitude(moments, start, times, out)
     return out

@@ -75,7 +75,7 @@ def omega_squared(I1, I2, I3, omega0, axis):
     neither overflows nor loses the sign. Moments are not checked for being positive.
 
     Args:
-        I1, I2, I3 (array_like): Principal moments of inertia, in a common unit (kg m2); only their ratios count.
+        `I1`, `I2`, `I3` (array_like): Principal moments of inertia, in a common unit (kg m2); only their ratios count.
         omega0 (array_like): Spin rate in rad s-1, of either sign.
         axis (array_like of int): Spin axis, 1, 2 or 3. All five broadcast together.
 

@@ -48,7 +48,7 @@ def weierstrass(e1, e2, e3):
     frequency is below 1/4, r is above 2 pi, and the omitted terms are below 1e-18.
 
     Args:
-        e1, e2, e3 (float): The lattice values.
+        `e1`, `e2`, `e3` (float): The lattice values.
     """
     a2 = (e1 * e1 + e2 * e2 + e3 * e3) * 0.1
     a3 = (e1 * e2 * e3) * (1 / 7)
@@ -72,7 +72,7 @@ def constants(moments, epsilon, start, h):
         moments (tuple of 3 float): Moments in cyclic order, of the spin axis first, in any common unit near one.
         epsilon (float): Relative size of the perturbation, the unit of the transverse components.
         start (tuple of 3 float): Start, in units of the spin (a = 1 or -1).
-        h (float): Spacing, radians of spin: ``h max(1, max|c_i|) <= 1/2``, which keeps ``(p h)^2`` below a half.
+        `h` (float): Spacing, radians of spin: ``h max(1, max|c_i|) <= 1/2``, which keeps ``(p h)^2`` below a half.
     """
     (a, b, c), (ca, cb, cc) = start, coefficients(*moments)
     e2, h2 = epsilon * epsilon, h * h
@@ -104,8 +104,8 @@ def next_difference(dx, x, g, bend_factor):
     """Return a component's next first difference.
 
     Args:
-        dx (float): This first difference.
-        x (float): The component between the two.
+        `dx` (float): This first difference.
+        `x` (float): The component between the two.
         g, bend_factor (float): The component's g, and e/(1 - e).
     """
     return dx + x * (g + (2.0 + g) * bend_factor)

@@ -78,7 +78,7 @@ def euler_coefficients(Ia, Ib, Ic):
     The difference is formed before the ratio: the sign of each is exact, down to moments one ulp apart.
 
     Args:
-        Ia, Ib, Ic (float): Moments of inertia, the spin axis first.
+        `Ia`, `Ib`, `Ic` (float): Moments of inertia, the spin axis first.
     """
     return (Ib - Ic) / Ia, (Ic - Ia) / Ib, (Ia - Ib) / Ic
 
@@ -88,8 +88,8 @@ def derivative(wa, wb, wc, ca, cb, cc):
     """Return the right-hand side of Euler's equations: (c_a w_b w_c, c_b w_c w_a, c_c w_a w_b), in rad s-2.
 
     Args:
-        wa, wb, wc (float): Angular velocity, rad s-1.
-        ca, cb, cc (float): Euler coefficients.
+        `wa`, `wb`, `wc` (float): Angular velocity, rad s-1.
+        `ca`, `cb`, `cc` (float): Euler coefficients.
     """
     return ca * (wb * wc), cb * (wc * wa), cc * (wa * wb)
 
@@ -99,8 +99,8 @@ def twice_energy(wa, wb, wc, Ia, Ib, Ic):
     """Return twice the kinetic energy, 2E = sum I_i w_i^2, kg m2 s-2.
 
     Args:
-        wa, wb, wc (float): Angular velocity, rad s-1.
-        Ia, Ib, Ic (float): Moments of inertia, kg m2.
+        `wa`, `wb`, `wc` (float): Angular velocity, rad s-1.
+        `Ia`, `Ib`, `Ic` (float): Moments of inertia, kg m2.
     """
     return Ia * (wa * wa) + (Ib * (wb * wb) + Ic * (wc * wc))
 
@@ -110,8 +110,8 @@ def squared_momentum(wa, wb, wc, Ia, Ib, Ic):
     """Return the squared angular momentum, L^2 = sum (I_i w_i)^2, kg2 m4 s-2.
 
     Args:
-        wa, wb, wc (float): Angular velocity, rad s-1.
-        Ia, Ib, Ic (float): Moments of inertia, kg m2.
+        `wa`, `wb`, `wc` (float): Angular velocity, rad s-1.
+        `Ia`, `Ib`, `Ic` (float): Moments of inertia, kg m2.
     """
     La, Lb, Lc = Ia * wa, Ib * wb, Ic * wc
     return La * La + (Lb * Lb + Lc * Lc)
@@ -122,8 +122,8 @@ def perturbation_invariant(wb, wc, cb, cc):
     """Return J/(I_b I_c) = c_b w_c^2 - c_c w_b^2 and the sum of its absolute terms, both s-2.
 
     Args:
-        wb, wc (float): Transverse components of the angular velocity, rad s-1.
-        cb, cc (float): Euler coefficients.
+        `wb`, `wc` (float): Transverse components of the angular velocity, rad s-1.
+        `cb`, `cc` (float): Euler coefficients.
     """
     p = cb * (wc * wc)
     q = cc * (wb * wb)
@@ -136,7 +136,7 @@ def shape(I1, I2, I3):
     Equality is exact equality of floats.
 
     Args:
-        I1, I2, I3 (array_like): Moments in a common unit; they are broadcast together.
+        `I1`, `I2`, `I3` (array_like): Moments in a common unit; they are broadcast together.
 
     Returns:
         numpy.ndarray of int8: The symmetry classes.

@@ -1,8 +1,8 @@
 """Cosine and sine of an angle at once, and arctangent, in plain arithmetic: a loop over lanes stays packed.
 
-The angle is brought within a quarter turn's half by multiples of pi/2, in three parts of which two leave no rounding
-(Cody and Waite), and what is left is kept in two numbers; then come the series of fdlibm, sine to the 13th power and
-cosine to the 14th. Errors are below one unit in the last place, as those of the C library.
+The angle is reduced to at most pi/4 by multiples of pi/2. pi/2 is a sum of three numbers, and the products of the
+first two are exact (Cody and Waite); the remainder is a sum of two. Then follow the series of fdlibm, sine to the 13th
+power and cosine to the 14th. Errors are below one unit in the last place, as those of the C library.
 
 Sources: W. J. Cody and W. Waite, Software Manual for the Elementary Functions (1980), chapter 8; fdlibm 5.3 (Sun
 Microsystems, 1993), e_rem_pio2.c, k_sin.c and k_cos.c, for the constants.
@@ -15,8 +15,8 @@ import numpy as np
 from kernels.compile.jit import INLINE, njit
 from kernels.compile.llvm_formulas import formula
 
-FAR = 1e5  # rad, to which an angle is brought exactly: 33 bits of pi/2 times 17 of the multiple are 50
-FIRST, SECOND, THIRD = 1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21
+MAX_ANGLE = 1e5  # rad, largest exactly reduced angle: 33 bits of pi/2 times 17 of the multiple are 50
+HALF_PI = (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
 SINES = (
     *(-1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04),
     *(2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10),
@@ -28,27 +28,27 @@ COSINES = (
 
 
 @njit(**INLINE)
-def within(angle):
-    """Return an angle (rad) for :func:`cosine_sine`: itself up to FAR, else its direction within half a turn."""
-    return angle if abs(angle) <= FAR else math.atan2(math.sin(angle), math.cos(angle))
+def reduce_angle(angle):
+    """Return an angle (rad) for :func:`cosine_sine`: itself up to MAX_ANGLE, else its direction within half a turn."""
+    return angle if abs(angle) <= MAX_ANGLE else math.atan2(math.sin(angle), math.cos(angle))
 
 
 @formula
 def cosine_sine(angle):
-    """Return the cosine and sine of an angle up to FAR, rad; NaN of NaN."""
+    """Return the cosine and sine of an angle up to MAX_ANGLE, rad; NaN of NaN."""
     turns = np.floor(angle * (2.0 / math.pi) + 0.5)
-    above, part = angle - turns * FIRST, turns * SECOND
-    near = above - part
-    rest = ((above - near) - part) - turns * THIRD
-    x = near + rest
-    tail = (near - x) + rest
+    above, middle = angle - turns * HALF_PI[0], turns * HALF_PI[1]
+    near = above - middle
+    remainder = ((above - near) - middle) - turns * HALF_PI[2]
+    x = near + remainder
+    tail = (near - x) + remainder
     z = x * x
     series = SINES[1] + z * (SINES[2] + z * (SINES[3] + z * (SINES[4] + z * SINES[5])))
     sine = x - ((z * (0.5 * tail - z * x * series) - tail) - z * x * SINES[0])
     series = COSINES[2] + z * (COSINES[3] + z * (COSINES[4] + z * COSINES[5]))
     series = z * (COSINES[0] + z * (COSINES[1] + z * series))
-    most = 1.0 - 0.5 * z
-    cosine = most + (((1.0 - most) - 0.5 * z) + (z * series - x * tail))
+    leading = 1.0 - 0.5 * z
+    cosine = leading + (((1.0 - leading) - 0.5 * z) + (z * series - x * tail))
     quarter = turns - 4.0 * np.floor(0.25 * turns)
     odd = (quarter == 1.0) | (quarter == 3.0)
     across, along = (cosine if odd else sine), (sine if odd else cosine)
@@ -57,7 +57,7 @@ def cosine_sine(angle):
 
 @formula
 def arctangent(t):
-    """Return the arctangent of at most a quarter, rad; the series in t² is cut after t^24, which leaves 2e-17."""
+    """Return the arctangent of t, |t| <= 1/4, rad; the series ends with t^25, and its truncation is 2e-17."""
     z = t * t
     series = z * (1 / 25) - 1 / 23
     series = series * z + 1 / 21

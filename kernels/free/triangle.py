@@ -24,7 +24,7 @@ def triangle_margin(I1, I2, I3):
     returned as 0.
 
     Args:
-        I1, I2, I3 (array_like): Moments in a common unit; they are broadcast together.
+        `I1`, `I2`, `I3` (array_like): Moments in a common unit; they are broadcast together.
     """
     smallest, middle, greatest = sort_moments(I1, I2, I3)
     # ratios to the greatest, with the difference first: no overflow, and exactly 0 for a plate

@@ -24,7 +24,7 @@ from kernels.estimator.statuses import NON_FINITE, OK, SHORT_WINDOW
 from kernels.events import flips
 from kernels.free import collapse, direct, linear, rigid_body
 from kernels.free.elliptic_constants import unit_of
-from kernels.free.sincos import FAR, cosine_sine, within
+from kernels.free.sincos import MAX_ANGLE, cosine_sine, reduce_angle
 from kernels.near_axis import estimates, near_axis_block, propagators
 from kernels.near_axis.estimates import COLUMNS, MEASURED, aux
 from kernels.near_axis.near_axis_block import row
@@ -71,10 +71,10 @@ def _write_tile(T, values):
             T[begin + i] = column[i]
     phase, far = values[5], 0
     for i in range(phase.size):
-        far |= 0 if abs(phase[i]) <= FAR else 1
+        far |= 0 if abs(phase[i]) <= MAX_ANGLE else 1
     if far > 0:
         for i in range(phase.size):
-            T[tile.phase + i] = within(phase[i])
+            T[tile.phase + i] = reduce_angle(phase[i])
 
 
 @njit(nogil=True, **OPTIONS)

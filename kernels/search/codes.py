@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 # States of an enclosure: see kernels.search.enclosures.
-SOUND, POLE, OUTSIDE = range(3)
+REGULAR, POLE, OUTSIDE = range(3)
 
 # Operations: row (code, a, b) of a tape, a and b rows above it, or the number of a variable or constant, or a power.
 VARIABLE, CONSTANT, ADD, MUL, WHOLE_POWER, POWER = range(6)

@@ -9,7 +9,7 @@ The exact value at any point of the box is within the interval: each result of a
 that (they are correct to a unit or two in the last place), and powers by a rounding per factor. So the sign of an
 interval is proved, provided that the C library is as accurate as it claims. Overflow gives an infinite end.
 
-No exception is raised; each box has a state: SOUND; POLE, if an operation is unbounded, jumps or is undefined in a
+No exception is raised; each box has a state: REGULAR; POLE, if an operation is unbounded, jumps or is undefined in a
 subset of the box; or OUTSIDE, if it is defined nowhere.
 
 Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, chapters 2, 5 and 9.
@@ -21,7 +21,7 @@ import numpy as np
 
 from kernels.compile.jit import INNER, OPTIONS, float64, int64, njit, types, void
 from kernels.search import codes
-from kernels.search.codes import OUTSIDE, POLE, SOUND, UNIT, Formulas
+from kernels.search.codes import OUTSIDE, POLE, REGULAR, UNIT, Formulas
 
 LIBRARY_ERROR = 8.0 * UNIT  # bound on the relative error of the C library's functions, four times their usual error
 MIN_NORMAL = 2.3e-308  # bound on the absolute error by underflow: above the smallest normal double
@@ -112,7 +112,7 @@ def _signed_power(a, b, k):
     """Return [a, b]^k for any integer k, and a state, POLE if k < 0 and 0 is inside."""
     if k >= 0:
         low, high = _interval_power(a, b, k)
-        return low, high, SOUND
+        return low, high, REGULAR
     c, d = _interval_power(a, b, -k)
     if a <= 0.0 <= b:
         if c >= 0.0:
@@ -125,7 +125,7 @@ def _signed_power(a, b, k):
         c = max(c, 0.0)
     else:
         d = min(d, 0.0)
-    return c, d, SOUND
+    return c, d, REGULAR
 
 
 @njit(PAIR(*4 * (float64,)), **INNER)
@@ -215,7 +215,7 @@ def _cosh_range(a, b):
 
 @njit(WITH_SLOPE(*4 * (float64,)), **INNER)
 def _power_range(a, b, p, q):
-    state = SOUND
+    state = REGULAR
     if b < 0.0 or (b == 0.0 and p < 0.0):
         return -INF, INF, -INF, INF, OUTSIDE
     if a < 0.0 or (a == 0.0 and p < 0.0):
@@ -230,7 +230,7 @@ def _power_range(a, b, p, q):
 @njit(WITH_SLOPE(int64, float64, float64), **INNER)
 def _inverse_range(code, a, b):
     """Enclose an inverse of a circular or hyperbolic function: f' = ± 1/(c ± x²), or 1 over its root."""
-    state, low, high = SOUND, 1.0 if code == codes.ACOSH else -1.0, INF if code == codes.ACOSH else 1.0
+    state, low, high = REGULAR, 1.0 if code == codes.ACOSH else -1.0, INF if code == codes.ACOSH else 1.0
     if code not in (codes.ATAN, codes.ASINH):
         if b < low or a > high:
             return -INF, INF, -INF, INF, OUTSIDE
@@ -265,39 +265,39 @@ def _function_range(code, a, b, p, q):
     if code in (codes.SIN, codes.COS):
         f, g = _sine_range(a, b)
         d, e = _cosine_range(a, b)
-        return (f, g, d, e, SOUND) if code == codes.SIN else (d, e, -g, -f, SOUND)
+        return (f, g, d, e, REGULAR) if code == codes.SIN else (d, e, -g, -f, REGULAR)
     if code in (codes.SINH, codes.COSH):
         f, g = _rising_range(codes.SINH, a, b)
         d, e = _cosh_range(a, b)
-        return (f, g, d, e, SOUND) if code == codes.SINH else (d, e, f, g, SOUND)
+        return (f, g, d, e, REGULAR) if code == codes.SINH else (d, e, f, g, REGULAR)
     if code == codes.LOG:
         if b <= 0.0:
             return -INF, INF, -INF, INF, OUTSIDE
         f, g = _rising_range(codes.LOG, max(a, 0.0), b)
         d, e = _interval_inverse(max(a, 0.0), b)
-        return f, g, max(d, 0.0), e, SOUND if a > 0.0 else POLE
+        return f, g, max(d, 0.0), e, REGULAR if a > 0.0 else POLE
     if code not in (codes.EXP, codes.TAN, codes.TANH, codes.ERF):
         return _inverse_range(code, a, b)
     f, g = _rising_range(code, a, b)
     if code == codes.EXP:
         f = max(f, 0.0)
-        return f, g, f, g, SOUND
+        return f, g, f, g, REGULAR
     if code == codes.TAN:
         low, high = _cosine_range(a, b)
         if low <= 0.0 <= high:
             return -INF, INF, 1.0, INF, POLE
         r, s = _interval_power(f, g, 2)
         d, e = _interval_sum(r, s, 1.0, 1.0)
-        return f, g, d, e, SOUND
+        return f, g, d, e, REGULAR
     if code == codes.TANH:
         r, s = _cosh_range(a, b)  # 1 - tanh² would cancel if tanh is near 1
         r, s = _interval_power(r, s, 2)
         d, e = _interval_inverse(r, s)
-        return max(f, -1.0), min(g, 1.0), max(d, 0.0), min(e, 1.0), SOUND
+        return max(f, -1.0), min(g, 1.0), max(d, 0.0), min(e, 1.0), REGULAR
     r, s = _interval_power(a, b, 2)
     d, e = _rising_range(codes.EXP, -s, -r)
     d, e = _interval_product(2.0 / math.sqrt(math.pi), 2.0 / math.sqrt(math.pi), max(d, 0.0), e)
-    return f, g, max(_round_down(d, LIBRARY_ERROR), 0.0), _round_up(e, LIBRARY_ERROR), SOUND
+    return f, g, max(_round_down(d, LIBRARY_ERROR), 0.0), _round_up(e, LIBRARY_ERROR), REGULAR
 
 
 @njit(int64(FORMULAS, float64[::1], float64[::1], int64, float64[:, ::1], float64[:, :, ::1]), nogil=True, **OPTIONS)
@@ -311,9 +311,9 @@ def enclose(F, low, high, count, R, values):
         values (numpy.ndarray, shape (functions, 1 + count or more, 2)): Written: ends of f and of each ∂f/∂x_i.
 
     Returns:
-        int: SOUND, POLE or OUTSIDE.
+        int: REGULAR, POLE or OUTSIDE.
     """
-    size, state, tape = 2 + 2 * count, SOUND, F.tape
+    size, state, tape = 2 + 2 * count, REGULAR, F.tape
     for k in range(len(tape)):  # no row of R has a name: counting its references would take as long as a sum
         code, a, b = tape[k, 0], tape[k, 1], tape[k, 2]
         if code in (codes.VARIABLE, codes.CONSTANT):
@@ -365,7 +365,7 @@ def enclose_boxes(F, point_index, low, high, values, states):
         point_index (numpy.ndarray, shape (boxes,)): Point of each box.
         low, high (numpy.ndarray, shape (boxes, variables)): Ends of the boxes.
         values (numpy.ndarray, shape (boxes, functions, 1 + count, 2)): Written, as by :func:`enclose`.
-        states (numpy.ndarray, shape (boxes,)): Written: SOUND, POLE or OUTSIDE.
+        states (numpy.ndarray, shape (boxes,)): Written: REGULAR, POLE or OUTSIDE.
     """
     count = values.shape[2] - 1
     R = np.empty((len(F.tape), 2 + 2 * count))

@@ -9,9 +9,10 @@ contains every zero of X: if it is inside X there is exactly one, if it is disjo
 reduced to it or split in two. Each row of the mean value form, solved for each variable in which it is monotonic,
 reduces X too (Hansen and Sengupta). Rows and columns are scaled by the box itself, so results do not depend on units.
 
-X is a little larger than the box to be decided, so that a zero on a cut is interior to one of the two. If K is inside
-X, :math:`x - Y F(x)` is a contraction: it (or Newton's method, if that is better) converges to the zero, and Krawczyk's
-operator then bounds its distance. A box that cannot be decided is returned with the reason (see kernels.search.codes).
+X is a little larger than the box to be decided, so that a zero on a cut is interior to one of the two boxes. If K is
+inside X, :math:`x - Y F(x)` is a contraction: it (or Newton's method, if that is better) converges to the zero, and
+Krawczyk's operator then bounds its distance. A box that cannot be decided is returned with the reason (see
+kernels.search.codes).
 
 If constants are ranges, a box is excluded for all points with constants in these ranges: a first search that only
 excludes does this once for many points, and the search of each point begins with the remaining boxes.
@@ -34,8 +35,8 @@ from kernels.search.codes import (
     OUTSIDE,
     OVERFLOW,
     POLE,
+    REGULAR,
     ROUNDING_LIMITED,
-    SOUND,
     UNIQUE_ZERO,
     UNIT,
     Formulas,
@@ -46,16 +47,23 @@ INFLATION = 0.05  # X extends beyond its box by this fraction of the box's width
 SPLIT_FRACTION = 0.4871  # a box is split at this fraction of its width, which zeros at round numbers seldom hit
 MAX_SHRUNK_VOLUME = 0.6  # a box that shrank to at most this fraction of its volume is examined again, not split
 MIN_CHANGE = 8.0  # F must change across X by more than this number of its roundings, else it decides nothing
-SHIFT_EXCEEDS_BOX = 2  # result of _cut_by_operator: F is nearly linear in X, and its error moves the zero out of X
 MAX_NONLINEARITY = 0.9  # F is nearly linear if its slopes' spread moves K by less than this many half-widths
 WIDENING = 1.0 + 1e-14  # widens radii by more than the rounding of the sums that they are computed from
-MAX_UNDECIDED = 400  # undecided boxes of a point, after which its other boxes are not examined
+MAX_UNDECIDED = 400  # undecided boxes of a point, after which its remaining boxes are not examined
 MAX_HALVINGS = 64  # halvings of one variable, which bound the size of the stack
 MAX_REFINEMENTS, MAX_WIDENINGS = 100, 16  # iterations towards a zero; enlargements of the box about it by 4
 CONTRACTION_LIMIT = 1e-6  # a step that does not contract ends the iteration if its relative size is below this limit
 
-
 A, B, X, Y, MIDDLE, HALF, SIZE = range(7)  # rows of a box's ends
+
+# Results of _classify_box in addition to the kinds of boxes: the box contains no zero; it must be split.
+NO_ZERO, SPLIT = -1, -2
+INFINITE_STATE = -1  # Result of _enclose_box in addition to the states: F is infinite at the middle, or J in X.
+# Results of _range_kind: a row of F excludes zero; all rows are normal; a row may underflow; a row is infinite.
+EXCLUDES_ZERO, NORMAL, MAY_UNDERFLOW, INFINITE = -1, 0, 1, 2
+# Results of _cut_by_operator: K and X are disjoint; nothing is decided; K is inside X, with exactly one zero; F is
+# nearly linear in X, and its error moves the zero out of X.
+DISJOINT, UNDECIDED, INSIDE, SHIFT_EXCEEDS_BOX = -1, 0, 1, 2
 
 
 class Box(NamedTuple):
@@ -98,7 +106,7 @@ class Boxes(NamedTuple):
 
     records: np.ndarray  #: the point of each record, and its kind of box (see kernels.search.codes), shape (records, 2)
     #: shape (records, 2, 2, n): a box with exactly one zero, and the narrowest box about the zero that could be proved;
-    #: for other kinds, the same box twice
+    #: for all kinds but UNIQUE_ZERO, the same box twice
     boxes: np.ndarray
     #: in: the first point; out: the first unfinished point, and the number of boxes of the finished points; shape (2,)
     progress: np.ndarray
@@ -158,22 +166,23 @@ def _interval_product(a, b, c, d):
 
 @njit(int64(float64[:, :, ::1]), **INNER)
 def _range_kind(values):
-    """Return -1 if a row of F has no zero, else 2 if a row is infinite, 1 if a row may underflow, or 0."""
-    kind = 0
+    """Return EXCLUDES_ZERO if a row of F has no zero, else the largest of NORMAL, MAY_UNDERFLOW, INFINITE over rows."""
+    kind = NORMAL
     for i in range(len(values)):
         low, high = values[i, 0, 0], values[i, 0, 1]
         if low > 0.0 or high < 0.0:
-            return -1
-        kind = max(kind, 2 if not high - low < math.inf else 1 if low < high and max(-low, high) < MIN_RANGE else 0)
+            return EXCLUDES_ZERO
+        is_tiny = low < high and max(-low, high) < MIN_RANGE
+        kind = max(kind, INFINITE if not high - low < math.inf else MAY_UNDERFLOW if is_tiny else NORMAL)
     return kind
 
 
 @njit(int64(FORMULAS, BOX), **INNER)
 def _enclose_box(F, box):
-    """Enclose F and J in X, F at its middle; return the state, OUTSIDE if F has no zero, -1 if it is infinite."""
+    """Enclose F and J in X, F at its middle; return the state: OUTSIDE if F has no zero, or INFINITE_STATE."""
     n = len(box.u)
     state = enclose(F, box.ends[X], box.ends[Y], n, box.rows, box.values)
-    if _range_kind(box.values) < 0:
+    if _range_kind(box.values) == EXCLUDES_ZERO:
         return OUTSIDE
     for j in range(n):
         box.ends[MIDDLE, j] = 0.5 * (box.ends[X, j] + box.ends[Y, j])
@@ -191,7 +200,7 @@ def _enclose_box(F, box):
         size, slopes = box.ends[SIZE, i], box.values[i, 1:]
         box.linear[i, 0, 0], box.linear[i, 0, 1] = box.at_point[i, 0, 0] / size, box.at_point[i, 0, 1] / size
         if not (size < math.inf and box.linear[i, 0, 1] - box.linear[i, 0, 0] < math.inf):
-            return -1
+            return INFINITE_STATE
         for j in range(n):
             c, d = slopes[j, 0] * box.ends[HALF, j] / size, slopes[j, 1] * box.ends[HALF, j] / size
             box.linear[i, 1 + j, 0], box.linear[i, 1 + j, 1] = c - abs(c) * 2.0 * UNIT, d + abs(d) * 2.0 * UNIT
@@ -224,13 +233,13 @@ def _cut_by_rows(box):
 
 @njit(int64(BOX), **INNER)
 def _cut_by_operator(box):
-    """Reduce u to K; return 1 if K is inside X, -1 if u becomes empty, else SHIFT_EXCEEDS_BOX or 0."""
+    """Reduce u to K; return INSIDE, DISJOINT (u is empty), SHIFT_EXCEEDS_BOX or UNDECIDED."""
     L, Y, n = box.linear, box.inverse[0], len(box.u)
     for i in range(n):
         for j in range(n):
             box.inverse[1, i, j] = 0.5 * (L[i, 1 + j, 0] + L[i, 1 + j, 1])
     if not _invert_matrix(box.inverse[1], Y):
-        return 0
+        return UNDECIDED
     inside, shift_exceeds, is_linear, rounding = True, False, True, (n + 8) * UNIT
     for i in range(n):
         center, radius = 0.0, 0.0
@@ -249,14 +258,14 @@ def _cut_by_operator(box):
             radius += abs(middle) + spread + rounding * magnitude
         low, high = center - WIDENING * radius, center + WIDENING * radius
         if not high - low < math.inf:
-            return 0
+            return UNDECIDED
         inside &= low > -1.0 and high < 1.0
         shift_exceeds |= point_radius > 1.0
         is_linear &= radius - point_radius < MAX_NONLINEARITY
         box.u[i, 0], box.u[i, 1] = max(box.u[i, 0], low), min(box.u[i, 1], high)
         if box.u[i, 0] > box.u[i, 1]:
-            return -1
-    return 1 if inside else SHIFT_EXCEEDS_BOX if shift_exceeds and is_linear else 0
+            return DISJOINT
+    return INSIDE if inside else SHIFT_EXCEEDS_BOX if shift_exceeds and is_linear else UNDECIDED
 
 
 @njit(boolean(BOX), **INNER)
@@ -335,7 +344,7 @@ def _refine_zero(F, box):
         for j in range(n):
             step[j] *= 4.0
             box.ends[X, j], box.ends[Y, j] = point[j] - step[j], point[j] + step[j]
-        if _enclose_box(F, box) == SOUND and _cut_by_operator(box) == 1:
+        if _enclose_box(F, box) == REGULAR and _cut_by_operator(box) == INSIDE:
             return True
     _copy_vector(box.ends[X], low)
     _copy_vector(box.ends[Y], high)
@@ -344,30 +353,30 @@ def _refine_zero(F, box):
 
 @njit(int64(FORMULAS, BOX, boolean, boolean), **INNER)
 def _classify_box(F, box, at_min_width, only_excludes):
-    """Return the kind of a box, -1 if it contains no zero, -2 if it must be split; write the remainder of X into u."""
+    """Return the kind of a box, NO_ZERO or SPLIT; write the remainder of X into u."""
     state = _enclose_box(F, box)
     if state == OUTSIDE:
-        return -1
-    if _range_kind(box.values) == 1:
+        return NO_ZERO
+    if _range_kind(box.values) == MAY_UNDERFLOW:
         return OVERFLOW
     if state == POLE:
         return CONTAINS_POLE
-    if state == -1:
-        if _range_kind(box.at_point) == 2:
+    if state == INFINITE_STATE:
+        if _range_kind(box.at_point) == INFINITE:
             is_infinite = True
             for end in (box.ends[A], box.ends[B]):
                 enclose(F, end, end, 0, box.rows, box.at_point)
-                is_infinite &= _range_kind(box.at_point) == 2
+                is_infinite &= _range_kind(box.at_point) == INFINITE
             if is_infinite:
                 return OVERFLOW
-        return AT_MIN_WIDTH if at_min_width else -2
+        return AT_MIN_WIDTH if at_min_width else SPLIT
     if not _cut_by_rows(box):
-        return -1
+        return NO_ZERO
     outcome = _cut_by_operator(box)
-    if abs(outcome) == 1:
-        return -1 if outcome < 0 else UNIQUE_ZERO
+    if outcome in (INSIDE, DISJOINT):
+        return UNIQUE_ZERO if outcome == INSIDE else NO_ZERO
     at_rounding = outcome == SHIFT_EXCEEDS_BOX if only_excludes else _is_rounding_limited(box)
-    return ROUNDING_LIMITED if at_rounding else AT_MIN_WIDTH if at_min_width else -2
+    return ROUNDING_LIMITED if at_rounding else AT_MIN_WIDTH if at_min_width else SPLIT
 
 
 @njit(float64(BOX, float64[::1]), **INNER)
@@ -500,18 +509,20 @@ def search(functions, regions, limits, boxes_found):
             else:
                 kind = _classify_box(F, box, at_min_width, limits.only_excludes)
             if kind == CONTAINS_POLE and not at_min_width and _relative_width(box, bounds) > limits.max_pole_width:
-                kind = -2
+                kind = SPLIT
             if limits.only_excludes and kind in (UNIQUE_ZERO, ROUNDING_LIMITED):
-                kind = AT_MIN_WIDTH if _shrink_box(box, min_widths) >= 0.0 else -1
+                kind = AT_MIN_WIDTH if _shrink_box(box, min_widths) >= 0.0 else NO_ZERO
             if kind == UNIQUE_ZERO:
                 _copy_vector(zero_box[0], box.ends[X])
                 _copy_vector(zero_box[1], box.ends[Y])
                 if not _refine_zero(F, box):  # the zero is far from the middle: split the box
-                    kind = AT_MIN_WIDTH if at_min_width else -2
+                    kind = AT_MIN_WIDTH if at_min_width else SPLIT
                     _enclose_box(F, box)
-            if kind == -2:
+            if kind == SPLIT:
                 top = _split_box(box, bounds, min_widths, stack, top)
-            if kind < 0 or (kind == UNIQUE_ZERO and _is_within(box.ends[Y], box.ends[X], boxes_found, 1, begin, count)):
+            if kind in (NO_ZERO, SPLIT) or (
+                kind == UNIQUE_ZERO and _is_within(box.ends[Y], box.ends[X], boxes_found, 1, begin, count)
+            ):
                 continue
             if count == len(records):
                 progress[0] = point

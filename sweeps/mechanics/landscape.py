@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from kernels.search.codes import SOUND
+from kernels.search.codes import REGULAR
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import compile_expression
 from sweeps.mechanics.tape import Tape
@@ -192,7 +192,7 @@ class Landscape:
             )
             F = F + change * np.array([-1.0, 1.0])
             low, high = np.fmax(F[..., 0], values[:, :, 0, 0]), np.fmin(F[..., 1], values[:, :, 0, 1])
-            is_open = ~((low > 0.0) | (high < 0.0)).any(axis=1) | (states != SOUND)
+            is_open = ~((low > 0.0) | (high < 0.0)).any(axis=1) | (states != REGULAR)
             is_possible |= np.bincount(owner[is_open], minlength=is_possible.size) > MAX_REMAINING_PARTS
             is_open &= ~is_possible[owner]
             owner, boxes = owner[is_open].repeat(2), boxes[is_open].repeat(2, axis=0)

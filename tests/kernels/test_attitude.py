@@ -266,20 +266,20 @@ TURNING = [name for name in CASES if name not in ("sphere", "spin about 1", "spi
 def step_attitudes(moments, start, h):
     """Return attitudes at 0, h … by the exact step, each from its predecessor, until rounding has grown."""
     top = attitude.prepare(moments, start)
-    d, f = top.frame.d, top.frame.turned
+    d, f = top.frame.d, top.frame.side
     arguments = tuple(moments), tuple(start), h
     steps = attitude.short_step_constants(*arguments)
-    q = attitude.of_direction(rigid_body.relabel(*exact.short_step_constants(*arguments), d), steps.g)
-    (q0, *q_), m = attitude.at(0.0, top)
+    q = attitude.direction_coefficients(rigid_body.relabel(*exact.short_step_constants(*arguments), d), steps.g)
+    (q0, *q_), m = attitude.attitude_at(0.0, top)
     m_d, m_j, m_k = rigid_body.relabel(*(f * x for x in m), d)
     qd, qj, qk = rigid_body.relabel(*(f * x for x in q_), d)
     m, R, size, out = (m_d, f * m_j, m_k), None, 0.5 / (1.0 + m_d), [(q0, *q_)]
     R = multiply((q0, qd, f * qj, qk), (1.0 + m_d, 0.0, -m[2], m[1]))
     # along the unstable axis each rounding grows as e^{pt}
     for _ in range(64 if top.motion.m1 >= 1e-3 else int(2.0 / abs(top.motion.p * top.motion.unit * h))):
-        R, m = attitude.step(m, R, size, steps.x, steps.y), exact.step(*m, *q)
-        q0, qd, qj, qk, size = attitude.land(m, R)
-        out.append((q0, *attitude.by_axis(d, f * qd, qj, f * qk)))
+        R, m = attitude.step_attitude(m, R, size, steps.x, steps.y), exact.step(*m, *q)
+        q0, qd, qj, qk, size = attitude.complete_attitude(m, R)
+        out.append((q0, *attitude.by_cyclic_axes(d, f * qd, qj, f * qk)))
     return np.array(out)
 
 

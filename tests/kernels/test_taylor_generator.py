@@ -9,14 +9,16 @@ def test_a_step_takes_as_many_multiply_adds_as_are_counted():
     for order, expected in zip(taylor.ORDERS, (108, 165, 234), strict=True):
         products = [
             node
-            for node in ast.walk(ast.parse("def step():\n " + taylor.lines(taylor.EULER, order).replace("\n", "\n ")))
+            for node in ast.walk(
+                ast.parse("def step():\n " + taylor.step_lines(taylor.EULER, order).replace("\n", "\n "))
+            )
             if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult) and isinstance(node.right, ast.Name)
         ]
         assert sum(node.right.id[0] in "abc" for node in products) == expected
 
 
 def test_the_lines_of_a_low_order_are_those_of_the_equations():
-    lines = taylor.lines(taylor.EULER | taylor.VECTOR, 4).split("\n")
+    lines = taylor.step_lines(taylor.EULER | taylor.VECTOR, 4).split("\n")
     assert "a1 = ka * (b0 * c0)" in lines
     assert "b3 = (kb * R3) * (c1 * a1 + c0 * a2 + c2 * a0)" in lines
     assert "x2 = (h * R2) * (y0 * c1 - z0 * b1 + y1 * c0 - z1 * b0)" in lines

@@ -265,11 +265,11 @@ def test_enclosures_hold_what_mpmath_gives_anywhere_in_the_box(function):
     values, states = tape.slopes(tape.constants([]), np.zeros(100, dtype=np.int64), a[:, None], b[:, None])
     exact = [sp.lambdify(x, f, "mpmath") for f in (function(x), function(x).diff(x))]
     with mpmath.workdps(40):
-        for i in np.flatnonzero(states == codes.SOUND):
+        for i in np.flatnonzero(states == codes.REGULAR):
             for place in (a[i], b[i], a[i] + 0.37 * (b[i] - a[i])):
                 for k, f in enumerate(exact):
                     assert values[i, 0, k, 0] <= f(mpmath.mpf(place)) <= values[i, 0, k, 1]
-    thin = np.flatnonzero((a == b) & (states == codes.SOUND))
+    thin = np.flatnonzero((a == b) & (states == codes.REGULAR))
     width = values[thin, 0, 0, 1] - values[thin, 0, 0, 0]
     assert (width <= 40 * codes.UNIT * (np.abs(values[thin, 0, 0]).max(axis=1) + 1e-300)).all()
 
@@ -302,7 +302,7 @@ def test_boxes_that_hold_a_crest_or_a_trough_reach_it(function):
 
 def test_a_box_is_said_to_hold_a_pole_or_to_lie_outside():
     boxes = np.array([[-2.0], [-1.5], [0.5], [1.5]]), np.array([[-1.5], [1.0], [0.6], [2.0]])
-    regular, pole, outside = codes.SOUND, codes.POLE, codes.OUTSIDE
+    regular, pole, outside = codes.REGULAR, codes.POLE, codes.OUTSIDE
     expected = {f(x): [outside, pole, regular, regular] for f in (sp.log, sp.sqrt)}
     expected |= {f(x): [outside, pole, regular, outside] for f in (sp.asin, sp.acos)}
     expected |= {1 / x: [regular, pole, regular, regular], sp.acosh(x): [outside, pole, outside, regular]}
