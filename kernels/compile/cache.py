@@ -28,8 +28,8 @@ PROBE = 1 << 16  # bytes that are written to see whether a kernel could be kept:
 def cache_folder() -> Path:
     """Return the folder of compiled kernels: one a machine, version of Numba and checkout.
 
-    It lies in ``$NUMBA_CACHE_DIR``, else ``polhode`` in ``$XDG_CACHE_HOME`` or ``~/.cache``; where that cannot be
-    written, it is one for temporary files.
+    It lies in ``$NUMBA_CACHE_DIR``, else ``polhode`` in ``$XDG_CACHE_HOME`` or ``~/.cache``; if none can be
+    written, in a folder for temporary files.
     """
     return _folder(os.environ.get("NUMBA_CACHE_DIR", ""), home(), Path(__file__).resolve().parents[1])
 
@@ -53,9 +53,9 @@ def why_unkept() -> str:
 
 
 def _bases(setting: str, user: Path) -> list[Path]:
-    """Return the folders in which one for compiled kernels is looked for, in this order."""
-    given = [Path(os.path.abspath(setting))] if setting else []
-    return [*given, user, Path(tempfile.gettempdir()) / "polhode"]
+    """Return the folders in which :func:`cache_folder` may be, in order of preference."""
+    preferred_base = [Path(os.path.abspath(setting))] if setting else []
+    return [*preferred_base, user, Path(tempfile.gettempdir()) / "polhode"]
 
 
 @cache

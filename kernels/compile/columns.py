@@ -14,13 +14,13 @@ class Column(NamedTuple):
     """One column of a batch."""
 
     name: str
-    power: int  #: of the spin rate in its unit: 2 for s-2, 1 for rad s-1 and s-1, -1 for s, 0 for all others
-    dtype: type = np.float64  #: of what leaves the batch; inside it every column is float64
-    work: str = ""  #: what is done for it alone, and spared where nobody wants it
+    power: int  #: power of the spin rate in its unit: 2 for s-2, 1 for rad s-1 and s-1, -1 for s, else 0
+    dtype: type = np.float64  #: type of the result; inside a batch every column is float64
+    work: str = ""  #: work for this column alone, which is saved if the column is not requested
 
 
 def numbers(names, first=0, width=1):
-    """Return a named tuple of the numbers 0, 1, … of names, or of where their rows begin, from row ``first`` on."""
+    """Return a named tuple of ``names`` → 0, 1, … (or the starts of rows of a ``width``), from row ``first`` on."""
     return namedtuple("Numbers", names)(*(width * (first + k) for k in range(len(names))))
 
 
@@ -29,6 +29,6 @@ def arrays(*values, dtypes=None):
 
     A kernel would be compiled again, for seconds and in silence, for values that are only read (a broadcast number).
     """
-    wide = np.broadcast_arrays(*(np.atleast_1d(x) for x in values))
-    dtypes = dtypes or (np.float64,) * len(wide)
-    return tuple(np.require(x, dtype, ("C", "W")) for x, dtype in zip(wide, dtypes, strict=True))
+    broadcast = np.broadcast_arrays(*(np.atleast_1d(x) for x in values))
+    dtypes = dtypes or (np.float64,) * len(broadcast)
+    return tuple(np.require(x, dtype, ("C", "W")) for x, dtype in zip(broadcast, dtypes, strict=True))

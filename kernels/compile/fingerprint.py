@@ -28,8 +28,8 @@ IMPORTS = re.compile(r"(?:^|[:;])[ \t]*((?:from|import)\b(?:\\\n|[^\n(;#])*(?:\(
 def fingerprint(*modules: str) -> str:
     """Return a hash of sources in ``kernels/``, of versions and settings of Numba and LLVM, and the processor.
 
-    Modules named count, and whatever they import from ``kernels``; with none, every file. 64 hexadecimal digits
-    (SHA-256): equal ones on one machine mean equal bits in every result.
+    The sources are those of the named modules and of all that they import from ``kernels``; without names, every file.
+    64 hexadecimal digits (SHA-256): if they are equal on one machine, every result has equal bits.
     """
     digest = hashlib.sha256(machine().encode())
     _add(digest, sources(*modules))
@@ -58,7 +58,7 @@ def stamp(path: Path) -> str:
     """Return a hash of a file that holds kernels and of all that it imports from ``kernels``: 64 hexadecimal digits.
 
     Args:
-        path (Path): One of ``kernels``, or any other, as generated ones are.
+        path (Path): A file of ``kernels``, or a generated file.
     """
     digest = hashlib.sha256()
     _add(digest, _with_imports({path.resolve()}))
@@ -80,7 +80,7 @@ def processor() -> list[str]:
 
 
 def replace(path: Path, content: bytes) -> None:
-    """Write a file that is the user's alone, of which no other process sees a half."""
+    """Write a file that only the user can read; no process ever reads an incomplete file."""
     path.parent.mkdir(exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.urandom(8).hex()}")
     try:
@@ -113,25 +113,25 @@ def _package_folder() -> Path:
 def _module_files(name: str) -> set[Path]:
     """Return the files that an import of a module of ``kernels`` runs: its own and those of the packages around it.
 
-    A name that is no file is one that a module defines: the files of the packages around it are returned.
+    If a module defines the name, so that it has no file, the files of the packages around it are returned.
     """
-    parts = name.split(".")[1:]
-    paths = ["/".join(parts[:depth]) for depth in range(1, len(parts) + 1)]
-    files = ["__init__.py", *(f"{path}{ending}" for path in paths for ending in (".py", "/__init__.py"))]
+    path_words = name.split(".")[1:]
+    paths = ["/".join(path_words[:depth]) for depth in range(1, len(path_words) + 1)]
+    files = ["__init__.py", *(f"{path}{suffix}" for path in paths for suffix in (".py", "/__init__.py"))]
     return {path for file in files if (path := _package_folder() / file).exists()}
 
 
-def _with_imports(left: set[Path]) -> list[Path]:
+def _with_imports(pending: set[Path]) -> list[Path]:
     """Return files and all that they import from ``kernels``, by name."""
     files: set[Path] = set()
     names: set[str] = set()
-    while left:
-        path = left.pop()
+    while pending:
+        path = pending.pop()
         if path not in files:
             files.add(path)
             new_names = _read(path)[1] - names
             names |= new_names
-            left = left.union(*map(_module_files, new_names))
+            pending = pending.union(*map(_module_files, new_names))
     return sorted(files, key=lambda path: (path.name, path))
 
 

@@ -25,9 +25,9 @@ PASSED = {**OPTIONS, "no_cfunc_wrapper": False}
 INNER = {**OPTIONS, "no_cpython_wrapper": True}  # only kernels call it: a form for Python takes long to compile
 INLINE = {**OPTIONS, "forceinline": True}  # a loop over lanes vectorises only what is inlined into it
 
-# Processors for which LLVM takes 256 bits of 512, and that do not lower their clock for whole ones. (Skylake-X, Cascade
-# Lake, Cooper Lake and Cannon Lake do: they keep LLVM's choice.)
-WHOLE = {
+# Processors for which LLVM uses vectors of 256 bits although 512 do not lower their clock. (Skylake-X, Cascade Lake,
+# Cooper Lake and Cannon Lake lower it, and keep LLVM's choice.)
+FULL_WIDTH = {
     *("icelake-client", "icelake-server", "tigerlake", "rocketlake"),
     *("sapphirerapids", "emeraldrapids", "graniterapids", "graniterapids-d"),
 }
@@ -74,7 +74,7 @@ def njit(*signature, name: str = "", **options):
 
 
 def _dispatcher(function, signature: tuple, options: dict):
-    """Return Numba's dispatcher of a function, whose code our cache keeps."""
+    """Return Numba's dispatcher of a function, with our cache for its code."""
     import numba
 
     _tell_numba()
@@ -83,8 +83,8 @@ def _dispatcher(function, signature: tuple, options: dict):
     else:
         kernel = numba.njit(**options)(function)
     kernel._cache = KernelCache(function)
-    for one in signature:
-        kernel.compile(one)
+    for types in signature:
+        kernel.compile(types)
         kernel.disable_compile()
         _share(kernel)
     return kernel
@@ -92,7 +92,7 @@ def _dispatcher(function, signature: tuple, options: dict):
 
 @cache
 def _inner() -> type:
-    """Return the class of kernels that have no form for Python: one of Numba's would end a process that calls it."""
+    """Return the class of kernels without a form for Python; a call of Numba's own class would crash the process."""
     from numba.core.registry import CPUDispatcher
 
     class Inner(CPUDispatcher):
@@ -118,9 +118,9 @@ def _share(kernel) -> None:
 
 @cache
 def passed(kernel):
-    """Return a kernel, compiled with PASSED for one signature, as an argument of others whose address is known.
+    """Return a kernel, compiled with PASSED for one signature, as an argument of kernels, with its address.
 
-    Numba looks for it at each call of the other, which takes longer than many a block of points.
+    Numba would search for the address at each call, which takes longer than many a block of points.
     """
     if is_plain():
         return kernel
@@ -155,7 +155,7 @@ def takes_whole_vectors() -> bool:
     from numba import config
 
     name = config.CPU_NAME or llvm.get_host_cpu_name()
-    return name in WHOLE and not config.CPU_FEATURES and bool(llvm.get_host_cpu_features().get("avx512f"))
+    return name in FULL_WIDTH and not config.CPU_FEATURES and bool(llvm.get_host_cpu_features().get("avx512f"))
 
 
 def widen(function) -> None:

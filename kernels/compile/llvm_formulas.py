@@ -51,7 +51,7 @@ def parse_formula(name: str, arguments: Sequence[str], text: str, numbers: Mappi
         name (str): The function's name.
         arguments (sequence of str): Its positional arguments.
         text (str): Its statements.
-        numbers (mapping): Name → number, or tuple of numbers, for other names in the text.
+        numbers (mapping): Name → number, or tuple of numbers, for all further names in the text.
     """
     scope = {"__name__": __name__, **numbers}
     body = ast.parse(f"def {name}({', '.join(arguments)}):\n{indent(text, ' ')}")
@@ -149,7 +149,7 @@ def _align_stack(function):
 
 
 class _Writer:
-    """Writer of instructions at a builder's position: `variables` are doubles by name, `scope` the other names."""
+    """Writer of instructions at a builder's position: `variables` are doubles by name, `scope` all further names."""
 
     def __init__(self, builder, variables=None, scope=None, data=None, lane=None):
         from llvmlite import ir
@@ -238,8 +238,8 @@ class _Writer:
         function = _evaluate_name(e.func, self.scope)
         values = []
         for argument in e.args:
-            starred = isinstance(argument, ast.Starred)
-            values += self._value(argument.value) if starred else [self._value(argument)]
+            is_star = isinstance(argument, ast.Starred)
+            values += self._value(argument.value) if is_star else [self._value(argument)]
         if function in (min, max):
             a, b = values
             return self.builder.select(self.builder.fcmp_ordered("<" if function is min else ">", b, a), b, a)

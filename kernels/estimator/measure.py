@@ -34,7 +34,7 @@ from kernels.compile.llvm_formulas import formula, parse_formula
 
 MAX_GROWTH = 10.0  # the window ends when the transverse size exceeds this multiple of its initial value
 # The window also ends below this fraction of the initial size: squared, such a sample weighs less in the sums than the
-# rounding of the first ones.
+# rounding of the first samples.
 MIN_SIZE = 1e-6
 # The log slope's window begins and ends at these multiples of the initial size, and ends at this fraction of the spin.
 LOG_FROM, LOG_TO, LOG_BELOW = 2.0, 1000.0, 1e-2
@@ -151,13 +151,13 @@ def add_log_sample(size, min_size, max_size, is_open, sums):
             :func:`slope_of_products`; size of the first and of the last.
     """
     can_begin, n, P, up, Q, over, first, log_product = sums
-    large, has_begun = size >= min_size, n > 0.0
-    stays = (size <= max_size) & (large | ~has_begun) & (is_open | has_begun)
+    large, has_start = size >= min_size, n > 0.0
+    stays = (size <= max_size) & (large | ~has_start) & (is_open | has_start)
     inside = large & stays & (can_begin > 0.0)
     newP, new_up, newQ, new_over = multiply_products(P, up, Q, over, size)
     P, up = newP if inside else P, new_up if inside else up
     Q, over = newQ if inside else Q, new_over if inside else over
-    first, log_product = size if inside & ~has_begun else first, size if inside else log_product
+    first, log_product = size if inside & ~has_start else first, size if inside else log_product
     return inside, (can_begin if stays else 0.0, n + (1.0 if inside else 0.0), P, up, Q, over, first, log_product)
 
 

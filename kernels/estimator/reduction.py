@@ -39,7 +39,7 @@ below w² = 10⁻¹⁶, a rounding. The clock is not summed up then. The integra
           z = \frac{\sinh 2x}{2x} = \frac{SC}x
 
 with a and :math:`a'` at the middle, so that :math:`\eta x\coth x = \frac12zh\,a'`. The constant comes from the first
-triple, whose ends are :math:`h(a'_+ - a'_-) = 8x^2z\,y` apart. The slope's weights are :math:`\varepsilon^2`, for what
+triple, with the ends :math:`h(a'_+ - a'_-) = 8x^2z\,y` apart. The slope's weights are :math:`\varepsilon^2`, for what
 is left of D after the first guess is a rounding, and the weights' part w of that nothing. The bound is :math:`|a| \le
 |c_a|\varepsilon^2\int|\beta\gamma|\,d\tau \le \frac12|c_a|\varepsilon^2\,10^2\,T` of samples up to ten times the
 start, in a run of length T.
@@ -89,7 +89,7 @@ def constants(guess, drive):
 
     Returns:
         quadrature, first, second, third, along, slope (float): The clock's end correction times the drive; 2xS, x²C and
-            x³S/3; x coth x and -x²/S². Series in x², whose rest is below 1e-8 of them for |x| up to 1/2.
+            x³S/3; x coth x and -x²/S². Series in x², cut at 1e-8 of them for |x| up to 1/2.
     """
     G, x2 = -2.0 * guess, square(guess)
     series = x2 * (1 / 4725 - x2 * (2 / 93555 - x2 * (1382 / 638512875)))

@@ -1,7 +1,7 @@
 """Codes of the column ``status``, which says if a point's measurement is valid, for all systems.
 
-Kernels raise no errors; they give each point one of these numbers. Maps store the numbers, so they never change: a new
-one is added at the end. Nothing is imported here, so that the names can be read before any compiler is.
+Kernels raise no errors; they give each point a status. Maps store the numbers, so they never change: a new
+status is added at the end. Nothing is imported here, so that the names can be read before any compiler is.
 """
 
 STATUSES = (

@@ -12,30 +12,30 @@ and :math:`\lambda^2 = \max(-\Omega^2, 0)`.
   :math:`|\sum\cos(2j\varphi_k + \psi)| \le 1/\sin jx`, which is at most :math:`1/\sin x` and for j = 2 at most
   :math:`1/(2\sin x\cos x)`, :math:`x = \Omega h \le \frac12`; a third harmonic S, of the worst phase in either
   component, moves :math:`\sum s\varepsilon` by :math:`\frac12S|\varepsilon|(1/\sin x + 1/\sin 2x)`: both together by
-  no more than :math:`q\,s_{rms}\varepsilon_{rms}/\sin x` with :math:`q = 1 + 1/(2\cos\frac12)`, a higher one by less.
-  σ counts it as :math:`\sqrt{m/2}\,s_{rms}\varepsilon_{rms}`: hence :math:`g = q\sqrt{2/m}/\sin x`, m = n - 2, and
-  :math:`\sin^2x \ge x^2(1 - x^2/3)`. It is below 1 only if the window covers a turn. The rounding of samples, which
+  no more than :math:`q\,s_{rms}\varepsilon_{rms}/\sin x` with :math:`q = 1 + 1/(2\cos\frac12)`, a higher harmonic by
+  less. σ counts it as :math:`\sqrt{m/2}\,s_{rms}\varepsilon_{rms}`: hence :math:`g = q\sqrt{2/m}/\sin x`, m = n - 2,
+  and :math:`\sin^2x \ge x^2(1 - x^2/3)`. It is below 1 only if the window covers a turn. The rounding of samples, which
   is noise, has its own term below.
 * **integration**, :math:`\frac5T\sqrt{|\Omega^2| + 1/T^2}\,\delta + f(4 + 6.4\lambda h)\lambda^2(\delta + l)`. An error
   of the perturbation that grows to the relative size δ over the window is a rate off by δ/T, which moves Ω² by
   :math:`2\Omega\,\delta/T`; below :math:`\Omega T = 1` a bend by δ moves it by :math:`2\delta/T^2`. The factor is 5,
   not 2, because an early error and a later one may cancel in δ. A growing motion puts all weight on its last
   samples, over some :math:`1/\lambda`, and there δ may have come at the end: a step's truncation goes with the cube
-  of the perturbation, :math:`d = \delta e^{3\lambda t}`, whose second difference is
-  :math:`2(\cosh 3x - \cosh x)\,d` beside the motion's, :math:`x = \lambda h`; over the samples that makes
+  of the perturbation, :math:`d = \delta e^{3\lambda t}`, and its second difference exceeds the motion's by
+  :math:`2(\cosh 3x - \cosh x)\,d`, :math:`x = \lambda h`; over the samples that makes
   :math:`2(\cosh 3x - \cosh x)/(1 + e^{-2x})\,\delta/h^2`, 4λ²δ for small x, and below (4 + 6.4x)λ²δ up to
   :math:`x = \frac12`, which no spacing exceeds. A motion that decays puts all weight on its first samples, where the
   same error is :math:`d = d_0(e^{-3\lambda t} - e^{-\lambda t})`, for it starts at 0: only its largest value is
   observed, :math:`\delta = \frac{2}{3\sqrt3}d_0`. So :math:`f = \frac32\sqrt3` unless the motion has grown; f = 1 if
-  the largest size squared is 40 times that of the start: a window closed by the size. Added to it, and of the other
+  the largest size squared is 40 times that of the start: a window closed by the size. Added to it, and of opposite
   sign, is the truncation of a series to the order N of the linear motion, :math:`l = n\,x^{N+1}/(N+1)!` in n steps of
-  x = λh: of the error at the end δ shows their difference. As l goes with the time, the other with
-  :math:`e^{2\lambda t}`, that can't hide for long: from :math:`l(1 - s) - (\delta + l)(e^{-Ks} - e^{-K})/(1 - e^{-K})
-  \le\delta` at s = 0.43, :math:`e^K = 40`, follows l ≤ 3.1 δ, and no more of it counts; nor does more than what steps
-  near the axis leave out at that size (:mod:`kernels.free.direct`), for either hides no more than there is of the
-  other. δ is the point's certificate; without one, if the motion is the exact one, the rounding of its steps, n
-  u, and :math:`n\,u|\Omega^2|` more: the spin's own rounding, at most u/2 a step and all in one sense, is a wandering
-  that the reduction takes off by :math:`2|\Omega^2|` of its mean although the small motion's recurrence never saw it.
+  x = λh: of the error at the end δ shows their difference. As l goes with the time, δ with :math:`e^{2\lambda t}`, they
+  cannot cancel for long: from :math:`l(1 - s) - (\delta + l)(e^{-Ks} - e^{-K})/(1 - e^{-K}) \le\delta` at s = 0.43,
+  :math:`e^K = 40`, follows l ≤ 3.1 δ, and no more of it counts; nor does more than what steps near the axis leave out
+  at that size (:mod:`kernels.free.direct`), for neither cancels more than there is of the second. δ is the point's
+  certificate; without one, if the motion is the exact one, the rounding of its steps, n u, and :math:`n\,u|\Omega^2|`
+  more: the spin's own rounding, at most u/2 a step and all in one sense, is a wandering that the reduction takes off by
+  :math:`2|\Omega^2|` of its mean although the small motion's recurrence never saw it.
 * **amplitude**, :math:`p\left[w\left(C x^4 + D x^2 w + w^3\right) + x^{12}/40000\right] + 2uc/h`, the remainder
   of the reduction: p is the root mean square of the part removed, w the largest change of the spin over the window,
   both from the samples, c the largest :math:`|c_i|`, and :math:`x^2 = |\Omega^2|h^2`. The first term is the clock's end
@@ -45,14 +45,14 @@ and :math:`\lambda^2 = \max(-\Omega^2, 0)`.
   they do not: :math:`\min(1, 1/|\Omega^2|T^2)` and 6/5 of it are added to C and D. These constants and that of the
   third term are confirmed by experiment (10^5 points of random definitions, tests/benchmarks/error_bars.py; half of
   what is added within a turn leaves 1 point in 10^4 outside). The fourth is the series of x²
-  (:func:`kernels.estimator.reduction.square`), whose first term left out is x¹²/84084 of it. The last is the rounding
+  (:func:`kernels.estimator.reduction.square`), with the first omitted term x¹²/84084 of it. The last is the rounding
   of the spin's excess, u, which moves p by :math:`u|\varepsilon_+ - \varepsilon_-| \le 2uch|\varepsilon|`. Well within
   a turn w is less than the orders that it stands for, and :math:`\frac12|\Omega^2|(wh^2/T^2)^2` is added: the spin's
   excess obeys :math:`a'' = K + (4\kappa + K)a + 6\kappa a^2 + 2\kappa a^3` with :math:`\kappa = -\Omega^2` and
   :math:`K = c_a\varepsilon^2(c_b\gamma_0^2 + c_c\beta_0^2)`, but the clock's end correction knows of 4κ alone. By
   Euler and Maclaurin it leaves :math:`\frac{h^3}{720}(a''' - 4\kappa a')|_0^h = \frac{h^4}{720}[Ka'' +
   12\kappa(aa')' + \cdots]` of μ, and of Ω² twice that. Over a span that is short compared with a turn
-  :math:`a = vt + \frac12Kt^2`, which turns back where v is of the other sign; yet :math:`w \ge \frac1{12}|K|T^2`
+  :math:`a = vt + \frac12Kt^2`, which turns back if v is of opposite sign; yet :math:`w \ge \frac1{12}|K|T^2`
   whatever v (of seven samples; of more the bound is higher). So :math:`\frac2{720}K^2h^4 \le \frac25(wh^2/T^2)^2`,
   at the v of the least w the second part is :math:`\frac35|\Omega^2|T^2` of the first, and half covers both until the
   terms above are larger. It is left out if it is below the rounding u|Ω²|. If the spin changes by more than
@@ -63,10 +63,10 @@ and :math:`\lambda^2 = \max(-\Omega^2, 0)`.
 * **rounding**, :math:`8u|\Omega^2| + u(6\sqrt{|\Omega^2|} + c_t)/h + u\max(0.4/\sqrt m, 2/m)/h^2`, m = n - 2: of the
   Euler coefficients and the step; of the state once a sample, all in one sense; and of the samples over h², at random.
   Of a component that hardly changes, the roundings of the samples leave only the first and the last, at most 2u, of
-  the sum over m second differences; and if one coefficient is far above the other, a rounding of its component,
-  :math:`u\gamma`, bends the other by :math:`c_t h` of that a sample, :math:`c_t = \max(|c_b|, |c_c|)`.
+  the sum over m second differences; and if one coefficient is far above the second, a rounding of its component,
+  :math:`u\gamma`, bends the second by :math:`c_t h` of that a sample, :math:`c_t = \max(|c_b|, |c_c|)`.
 
-A decaying perturbation ends in the growing one that rounding has added to it. The window closes when the size is below
+A decaying perturbation ends in a growing perturbation, due to rounding. The window closes when the size is below
 10⁻⁶ of the start: squared, as it weighs in the sums, that is 10⁻¹², and the growing part is at most u/10⁻⁶ of it.
 
 The measured rate² itself also differs by the reduction's shift, all of which is in its amplitude term.
@@ -159,12 +159,12 @@ def integration(rate2, rate, distance, end, per, spacing):
 
 
 @formula
-def amplitude(rate2, removed, wander, spacing, per, bound):
+def amplitude(rate2, rms_part, wander, spacing, per, bound):
     """Return the amplitude term.
 
     Args:
         rate2 (float): Ω².
-        removed (float): p, the root mean square of the reduction's part.
+        rms_part (float): p, the root mean square of the reduction's part.
         wander (float): w, the largest relative change of the spin.
         spacing (float): h.
         per (float): 1/T.
@@ -175,10 +175,10 @@ def amplitude(rate2, removed, wander, spacing, per, bound):
     fourth = (GROWING_ORDERS[0] if rate2 < 0.0 else ROTATING_ORDERS[0]) + SHORT_WINDOW_ORDERS[0] * short_window
     second = (GROWING_ORDERS[1] if rate2 < 0.0 else ROTATING_ORDERS[1]) + SHORT_WINDOW_ORDERS[1] * short_window
     x4 = x2 * x2
-    left = (
+    terms = (
         wander * (fourth * x4 + wander * (second * x2 + THIRD_ORDER * wander * wander)) + SERIES_FACTOR * x4 * x4 * x4
     )
-    return removed * left + 2.0 * UNIT * bound / spacing if wander <= MAX_WANDER else abs(rate2) + bound * bound
+    return rms_part * terms + 2.0 * UNIT * bound / spacing if wander <= MAX_WANDER else abs(rate2) + bound * bound
 
 
 @formula

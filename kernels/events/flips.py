@@ -113,7 +113,7 @@ def fill_columns(points, order, tolerance, out, at_limit):
         order (numpy.ndarray of int64, shape (n,)): Order in which they are taken, which changes no result.
         tolerance (float): Relative error allowed in the measured columns.
         out (numpy.ndarray, shape (5, n)): COLUMNS: s, s, rad, rad, rad s-1; NaN where missing.
-        given_up (numpy.ndarray of bool, shape (n,)): Set to whether the search reached its bound.
+        at_limit (numpy.ndarray of bool, shape (n,)): Set to whether the search reached its bound.
     """
     whole_vectors()
     (S, forward), (_, backward) = follower.new_block(), follower.new_block()

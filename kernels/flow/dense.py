@@ -1,4 +1,4 @@
-"""Small dense matrices: products and linear equations of a block's matrices, and eigenvalues of single ones.
+"""Small dense matrices: products and linear equations of a block's matrices, and eigenvalues of single matrices.
 
 Source: Golub and Van Loan, Matrix Computations, sections 3.4 (elimination), 7.4 (Hessenberg's form) and 7.5 (Francis'
 step).
@@ -133,9 +133,9 @@ def solve_in_lanes(A, B, n, m, exchanges, min_pivot, f):
 
 
 @njit(void(MATRIX, float64[::1], int64, int64, float64, *4 * (int64,)), **INNER)
-def _reflect_columns(H, v, first, after, factor, left, right, top, bottom):
-    """Apply 1 - factor v vᵀ, v over first … after - 1, to columns left … right - 1 and to rows top … bottom - 1."""
-    for j in range(left, right):
+def _reflect_columns(H, v, first, after, factor, begin, end, top, bottom):
+    """Apply 1 - factor v vᵀ, v over first … after - 1, to columns begin … end - 1, rows top … bottom - 1."""
+    for j in range(begin, end):
         total = 0.0
         for i in range(first, after):
             total += v[i] * H[i, j]
@@ -169,11 +169,11 @@ def _reduce_to_hessenberg(H, n, v):
 
 
 @njit(void(MATRIX, int64, *3 * (float64,), *4 * (int64,)), **INNER)
-def _reflect_three(H, k, a, b, c, left, right, top, bottom):
+def _reflect_three(H, k, a, b, c, begin, end, top, bottom):
     """Reflect three rows and columns from k on by the direction (a, b, c), as :func:`_reflect` does."""
     factor = 2.0 / (a * a + b * b + c * c)
     p, q, r = factor * a, factor * b, factor * c
-    for j in range(left, right):
+    for j in range(begin, end):
         total = a * H[k, j] + b * H[k + 1, j] + c * H[k + 2, j]
         H[k, j] -= total * p
         H[k + 1, j] -= total * q
@@ -186,11 +186,11 @@ def _reflect_three(H, k, a, b, c, left, right, top, bottom):
 
 
 @njit(void(MATRIX, int64, float64, float64, *4 * (int64,)), **INNER)
-def _reflect_two(H, k, a, b, left, right, top, bottom):
+def _reflect_two(H, k, a, b, begin, end, top, bottom):
     """Reflect two rows and columns from k on by the direction (a, b), as :func:`_reflect` does."""
     factor = 2.0 / (a * a + b * b)
     p, q = factor * a, factor * b
-    for j in range(left, right):
+    for j in range(begin, end):
         total = a * H[k, j] + b * H[k + 1, j]
         H[k, j] -= total * p
         H[k + 1, j] -= total * q
@@ -219,7 +219,7 @@ def _write_pair(H, i, re, im):
 def _francis_step(H, lo, hi, iteration):
     """Make one double step on the block lo … hi, with exceptional shifts every tenth iteration.
 
-    From the tenth iteration on two real shifts are replaced by the one nearer to the corner: shifts ±σ may cycle.
+    From the tenth iteration on two real shifts are replaced by the shift nearer to the corner: shifts ±σ may cycle.
     """
     total = H[hi - 1, hi - 1] + H[hi, hi]
     product = H[hi - 1, hi - 1] * H[hi, hi] - H[hi - 1, hi] * H[hi, hi - 1]

@@ -6,7 +6,7 @@ digits are lost; traces and determinants are smooth. So these decide regimes, an
 
 * two by two: :math:`\mu^2 - t\mu + d = 0`, t the trace, d the determinant (1 where M is symplectic);
 * four by four and symplectic: with :math:`a = \mathrm{tr} M,\ b = (a^2 - \mathrm{tr} M^2)/2` each
-  :math:`s = \mu + 1/\mu` solves :math:`s^2 - a s + b - 2 = 0`, whose discriminant is Krein's, D = a^2 - 4b + 8, and
+  :math:`s = \mu + 1/\mu` solves :math:`s^2 - a s + b - 2 = 0`, with Krein's discriminant D = a^2 - 4b + 8, and
 
   .. math:: \det(M - 1) = (2 - s_1)(2 - s_2),\qquad \det(M + 1) = (2 + s_1)(2 + s_2)
 
@@ -15,16 +15,16 @@ digits are lost; traces and determinants are smooth. So these decide regimes, an
 Errors: the invariants' errors are linear in those of M's entries, with a bound on the squares; multipliers, exponents
 and regimes are computed again at the ends of the invariants' intervals, which is also correct at double multipliers. A
 regime that differs between ends is marginal, or unstable if a multiplier is off the unit circle in the whole intervals.
-Other matrices have no such invariants: their multipliers are eigenvalues, with errors by their condition numbers or, if
-that is too rough, by Elsner's bound.
+All further matrices have no such invariants: their multipliers are eigenvalues, with errors by their condition numbers
+or, if that is too rough, by Elsner's bound.
 
-*Large multipliers.* If one multiplier is 1e8, the doubles of M have eight digits of the smaller ones. The determinant
-of two by two matrices and b of four by four ones therefore come from products of the second compounds of short
-segments: the lesser of two multipliers is d over the greater, and the lesser s is (b - 2) over the greater.
+*Large multipliers.* If one multiplier is 1e8, the doubles of M have eight digits of the smaller multipliers. The
+determinant of two by two matrices and b of four by four matrices therefore come from products of the second compounds
+of short segments: the lesser of two multipliers is d over the greater, and the lesser s is (b - 2) over the greater.
 
 *Branch.* The logarithm determines the exponent's imaginary part up to multiples of 2 pi/T. For a two by two matrix with
 determinant 1 the number of half turns of any perturbation in the period decides it: if no multiplier is real, all
-perturbations make the same number of whole half turns. So it is continuous from small modulation on. In other cases it
+perturbations make the same number of whole half turns. So it is continuous from small modulation on. Otherwise it
 is between -pi/T and pi/T.
 
 Source: Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975); Broucke, AIAA
@@ -259,7 +259,7 @@ def _eigenvalue_columns(M, error, period, reciprocal):
     """Return the columns of matrices without smooth invariants, from eigenvalues and their conditions."""
     d, is_finite = M.shape[-1], np.isfinite(M).all(axis=(1, 2)) & np.isfinite(error).all(axis=(1, 2))
     safe = np.where(is_finite[:, None, None], M, np.eye(d))
-    mu, right = (x.astype(complex) for x in np.linalg.eig(safe))  # real if those of all points are, with other bits
+    mu, right = (x.astype(complex) for x in np.linalg.eig(safe))  # with different bits if real
     order = np.lexsort((np.angle(mu), -np.round(np.log(np.abs(mu)), 9)), axis=1)
     mu, right = np.take_along_axis(mu, order, axis=1), np.take_along_axis(right, order[:, None], axis=2)
     size, norm = frobenius_norm(error)[:, None], frobenius_norm(safe)[:, None]

@@ -127,7 +127,7 @@ def take_sample(D, P, Q, numbers, direction, k):
 def _average_neighbours(Y, weight, runs, count, n, window, spacing, max_samples):
     """Replace samples by means of two neighbours, in lanes with more than ``max_samples`` of every run; in place.
 
-    A mean's model is that of the samples with M², with the same error bound. Other lanes keep their first samples.
+    A mean's model is that of the samples with M², with the same error bound. Lanes with fewer samples are unchanged.
     """
     whole_vectors()
     lanes = window.size

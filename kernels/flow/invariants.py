@@ -211,7 +211,7 @@ def _find_moves(y, size, re, im, moves):
 
 @njit(types.UniTuple(float64, 2)(POLYNOMIAL, complex128, *3 * (float64,), SCRATCH), **INNER)
 def _eigenvalue_error(p, point, gap, largest, move, work):
-    """Return the errors of an eigenvalue's real and imaginary part; ``gap`` is the distance to the nearest other one.
+    """Return the errors of an eigenvalue's real and imaginary part; ``gap`` is the distance to the nearest eigenvalue.
 
     ``largest``: the largest eigenvalue, to which rounding is relative; ``move``: as of :func:`_find_moves`; work:
     coefficients (5, n + 1) and taylor (n + 1), scratch.

@@ -14,7 +14,7 @@ Source: Horn and Johnson, Matrix Analysis, sections 5.6 (Gelfand's formula), 8.1
 
 import numpy as np
 
-MIN_COUPLING = 0.01  # coupling of every state to every other that is added to G, over S, so that G is irreducible
+MIN_COUPLING = 0.01  # coupling of every pair of states that is added to G, over S, so that G is irreducible
 ROOT_SQUARINGS = 6  # squarings of G for the Perron root, to some per cent
 VECTOR_SQUARINGS = 8  # squarings of G for the Perron vector
 

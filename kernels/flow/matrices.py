@@ -26,7 +26,7 @@ def frobenius_norm(A):
 
 
 def find_coupled(n, groups):
-    """Return whether states act on each other, shape (n, n), from groups of coupled states."""
+    """Return whether pairs of states are coupled, shape (n, n), from groups of coupled states."""
     block = np.arange(n)
     for group in [*groups] * n:
         block[[*group]] = block[[*group]].min()
@@ -44,7 +44,7 @@ def eigenvector_conditions(A):
     """Return a bound on the condition number of each matrix's unit eigenvectors; infinite if it is not finite."""
     bound, is_finite = np.full(len(A), np.inf), np.isfinite(A).all(axis=(1, 2))
     if is_finite.any():
-        vectors = np.linalg.eig(A[is_finite])[1].astype(complex)  # real where all points' are, with other bits
+        vectors = np.linalg.eig(A[is_finite])[1].astype(complex)  # real arrays, with different bits, if all are real
         smallest = np.linalg.svd(vectors, compute_uv=False)[:, -1]
         with np.errstate(divide="ignore"):
             bound[is_finite] = np.sqrt(A.shape[1]) / smallest

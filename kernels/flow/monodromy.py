@@ -1,7 +1,7 @@
 r"""Monodromy matrices from perturbed motions: matrices of segments, and their product, W points in parallel.
 
 Perturbed motions in each direction, with both signs, are integrated through every segment of the period together with
-the base motion, whose series they share. Half the difference of both signs is a column of the segment's matrix S, and
+the base motion, and share its series. Half the difference of both signs is a column of the segment's matrix S, and
 :math:`M = S_K\cdots S_1`. If the equations are linear, one motion per direction of each independent block of states
 suffices. If they are not, one more motion begins at twice the sum of all directions: its distance from twice the sum of
 their ends bounds the distance of each column from a linear motion.
@@ -54,7 +54,7 @@ def multiply_matrices(A, B, C, coupled):
 
     Args:
         `A`, `B`, `C` (numpy.ndarray, shape (n n, lanes)): Matrices.
-        coupled (numpy.ndarray, shape (n, n)): Whether states act on each other; entries of other pairs vanish.
+        coupled (numpy.ndarray, shape (n, n)): Whether pairs of states are coupled; entries of uncoupled pairs vanish.
     """
     whole_vectors()
     n, lanes, flat = len(coupled), C.shape[1], C.reshape(C.size)
@@ -82,7 +82,7 @@ def multiply_after(S, G, coupled, before, after, work):
 
     Args:
         `S`, `G` (numpy.ndarray): Matrices of the segments, and their errors.
-        coupled (numpy.ndarray, shape (n, n)): Whether states act on each other.
+        coupled (numpy.ndarray, shape (n, n)): Whether pairs of states are coupled.
         before (numpy.ndarray): Product of the matrices before each segment.
         after (numpy.ndarray): The last one is an input; written: product of each matrix and all after it.
         work (numpy.ndarray): Scratch; into its first matrix is written the sum of the squares of the effects, on the
@@ -128,8 +128,8 @@ def write_errors(S, errors, coupled, common, G, work):
 
     Args:
         `S` (numpy.ndarray): Matrices of the segments; the terms are estimated by those of S S.
-        errors (numpy.ndarray, shape (segments, lanes)): Other errors of the entries.
-        coupled (numpy.ndarray, shape (n, n)): Whether states act on each other.
+        errors (numpy.ndarray, shape (segments, lanes)): Errors of the entries in addition to rounding.
+        coupled (numpy.ndarray, shape (n, n)): Whether pairs of states are coupled.
         common (float): Error by the rounding of the length of a step, common to all entries, over the largest entry.
         G, work (numpy.ndarray): Written; scratch.
     """
@@ -153,7 +153,7 @@ def mirror_half(S, masses, coupled, Q):
     Args:
         `S`, `Q` (numpy.ndarray, shape (n n, lanes)): The matrix of the first half; written: that of the second.
         masses (numpy.ndarray, shape (2 m m, lanes)): Masses and their inverse, as in :func:`compose`.
-        coupled (numpy.ndarray, shape (n, n)): Whether states act on each other.
+        coupled (numpy.ndarray, shape (n, n)): Whether pairs of states are coupled.
     """
     whole_vectors()
     n, m, lanes = len(coupled), len(coupled) // 2, Q.shape[1]
@@ -274,7 +274,7 @@ def compose(S, errors, masses, steps, coupled, work):
         masses (numpy.ndarray, shape (2 m m, W)): If half a period is integrated, the masses in the states' sizes and
             their inverse; else of no rows.
         steps (int): Segments of the period.
-        coupled (numpy.ndarray, shape (n, n)): Whether states act on each other:
+        coupled (numpy.ndarray, shape (n, n)): Whether pairs of states are coupled:
             :func:`kernels.flow.matrices.find_coupled`.
         work (numpy.ndarray): Scratch from :func:`work_of`.
 
@@ -393,7 +393,7 @@ def measure_matrices(advance, base, columns, inverses, owner, numbers):
         base (numpy.ndarray, shape (segments or 1, rows, points)): The base motion at the start of each segment; or of
             the first, if motions continue from it.
         columns (numpy.ndarray, shape (motions, segments or 1, rows, points)): Perturbed motions at these starts: those
-            of positive sign, one of twice their sum if equations are not linear, then those of negative sign.
+            of positive sign, a motion from twice their sum if equations are not linear, then those of negative sign.
         inverses (numpy.ndarray, shape (n + 1, points)): Inverse of the states' sizes; the base motion's contribution to
             an error, relative to the difference of sides. If half a period is integrated, the masses follow, and their
             inverse.

@@ -1,6 +1,6 @@
 r"""Small oscillations: full motions from a perturbation, many in parallel, measured mode by mode.
 
-A point is a system with values of its parameters, an equilibrium q0 and one of its modes. Its motion is advanced by
+A point is a system with values of its parameters, an equilibrium q0 and a mode. Its motion is advanced by
 functions generated for the system (:mod:`kernels.flow.runs`), and sampled as :math:`x = (q - q_0)/\varepsilon`.
 
 With :math:`v_k` the modes (:math:`v^{\mathsf T} a v = 1`) and :math:`a` the kinetic matrix at the equilibrium, the
@@ -24,7 +24,7 @@ Three rates² do not show the sixth. But the samples, extrapolated likewise,
 residuals, as a rate², measures it, and for small perturbations it is the scatter of rounding alone. The perturbed mode
 is sampled every h and measured by the recurrence of :mod:`kernels.estimator.measure`, which needs no regime. Samples
 count until it has grown tenfold or, after the first seven, beyond MAX_AMPLITUDE, or another mode exceeds a tenth of its
-largest value. If the perturbation has a given direction, of which every mode has a component, the other modes may be as
+largest value. If the perturbation has a given direction, with components of every mode, the remaining modes may be as
 large as a component can grow: 10 times the whole perturbation. The log slope of :mod:`kernels.estimator.measure` has
 its own window.
 
@@ -65,12 +65,12 @@ MAX_OTHER_MODE = 0.1  # the window ends if another mode exceeds this fraction of
 MAX_AMPLITUDE = 0.3  # the window ends beyond this fraction of the system's size, but not before seven samples
 
 THIRD = 1.0 / 3.0
-TWO_RUNS = 5.0 / 3.0  # factor of a run's error in the extrapolation from two: 4/3 of one and 1/3 of the other
+TWO_RUNS = 5.0 / 3.0  # factor of a run's error in the extrapolation from two runs: 4/3 and 1/3
 # Factors of the extrapolation's remainder (see find_errors): of the fourth order, and of its decay; of the sixth
 # order, and the smallest unknown fraction of its residuals; of a third harmonic's residual.
 BASE_FACTOR, DECAY_FACTOR, SIXTH_FACTOR, MIN_UNKNOWN, HARMONIC_FACTOR = 2.0, 3.0, 2.0, 0.2, 9.0
-SHORT_FACTOR = 4.0  # added to SIXTH_FACTOR in a window of less than a turn, whose residuals show less of that order
-MIN_LONE_SHARE = 1.0 - 1e-9  # share of the perturbation above which a mode counts as the only one that moves
+SHORT_FACTOR = 4.0  # added to SIXTH_FACTOR in a window of less than a turn, in which residuals show less of that order
+MIN_LONE_SHARE = 1.0 - 1e-9  # share of the perturbation above which a mode counts as the only moving mode
 MIN_RESIDUAL = 10.0  # residuals above this multiple of the rounding are not rounding
 MAX_SIXTH = 0.003  # largest sixth order, relative to the rate² or 1/T², at which the extrapolation converges
 
@@ -238,10 +238,10 @@ def measure_points(integrator, runs, sampling):
     Args:
         integrator (runs.Integrator): Its check writes the energy and the sum of its absolute terms.
         runs (runs.Runs): starts: one run. project: v_k^T a of the perturbed mode's position and of its velocity over S
-            (at its largest position a mode is at rest, so that truncation shows in its velocity); then of the other
+            (at its largest position a mode is at rest, so that truncation shows in its velocity); then of the remaining
             modes' positions; in units of the whole perturbation. point_data: size of the perturbed mode's coordinate at
-            the start (the window ends at 10 times it); size allowed for every other mode, whatever the perturbed one
-            has, 0 if they must stay at rest.
+            the start (the window ends at 10 times it); size allowed for the remaining modes, whatever the size
+            of the perturbed mode, 0 if they must stay at rest.
         sampling (runs.Sampling): How the runs are sampled.
 
     Returns:
@@ -278,7 +278,7 @@ def row_status(raw, intervals, tolerance, spacing):
 
 
 def find_errors(raw, scale, spacing, share=1.0):
-    r"""Return the reported errors of measured rates² and of their values reduced to zero amplitude, in s-2.
+    r"""Return the reported errors of measured rates² and of their values at zero amplitude, in s-2.
 
     With :math:`n` samples in a window of length :math:`T = (n - 1)h`, :math:`u = 2^{-53}`, S the scale:
 
@@ -296,7 +296,7 @@ def find_errors(raw, scale, spacing, share=1.0):
       :math:`k = \frac{\Phi^2}{128\sqrt5}\sqrt{d^2 + (9r)^2}`, r that of the residuals of the whole perturbation's run.
       So :math:`e = \max(\frac15s, s - 2k)` for a window of a turn or more, over which k is a mean; else s, and 6e
       instead of 2e as far as e exceeds ten times the rounding below: over less than a turn a change of the amplitude
-      cannot be distinguished from one of the rate²; and 10e if other modes move too, since their phases also change;
+      cannot be distinguished from a change of the rate²; and 10e if more modes move, since their phases also change;
     * scatter, :math:`e\sqrt{n/(n - 4)}/\sqrt{n - 3}`: the standard error of such residuals;
     * rounding, :math:`8u(|\omega^2| + 4S^2) + 6u|\omega|/h + 0.4u/(h^2\sqrt{n - 2})`, and 5/3 of it: S² for the second
       derivatives of V, in which terms may cancel; over the mode's share of the perturbation: the whole motion rounds.
@@ -356,9 +356,9 @@ def _sixth_order(raw, square, shift, span, S2, has_turn):
 def is_too_wide(raw, scale, spacing):
     """Return whether the extrapolation to zero amplitude does not converge, so that no error can be given.
 
-    If the motion saturates within its window at all three sizes of the perturbation, their rates² agree with each other
-    but not with that of zero amplitude. Residuals of the samples extrapolated twice then are comparable with the rate²
-    (or with 1/T², T the window's length, if the rate² is smaller).
+    If the motion saturates within its window at all three sizes of the perturbation, their rates² agree but differ from
+    that of zero amplitude. Residuals of the samples extrapolated twice then are comparable with the rate² (or with
+    1/T², T the window's length, if the rate² is smaller).
 
     Args:
         raw, scale, spacing: As in :func:`find_errors`.

@@ -1,6 +1,6 @@
 r"""Least squares of the matrix M of a linear motion, lane by lane: Gauss-Newton steps.
 
-Variable projection in real parameters. Near a first M every other distinguishable M, with its starts, is
+Variable projection in real parameters. Near a first M all distinguishable M, with their starts, are
 
 .. math:: y^{(r)}_k = C\,\bigl(M + X_0\Theta\bigr)^k x^{(r)}_0, \qquad
           X_0 = (x^{(1)}_0 \ldots x^{(R)}_0),\quad \Theta\in\mathbb R^{R\times n},\quad C\in\mathbb R^{n\times n}

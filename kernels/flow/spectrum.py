@@ -51,7 +51,7 @@ def add_products(V, P, n, by_x, squares):
     Args:
         `V` (numpy.ndarray): Row (p n + i) FOUR + k: state i of column p at sample k. Columns: a residual, P slopes, x.
         `P`, `n` (int): Numbers of slopes and of states.
-        by_x, squares (numpy.ndarray): Added to: products of states with those of x, and of columns with each other.
+        by_x, squares (numpy.ndarray): Added to: products of states with those of x, and of pairs of columns.
     """
     whole_vectors()
     m = FOUR * n
@@ -161,14 +161,14 @@ def find_start(products, n, M, excitation):
 
 @njit(void(*5 * (ROWS,), types.UniTuple(int64, 3)), **INNER)
 def _advance_samples(M, X0, live, Z, V, place):
-    """Write M x, and M Z + X0 eᵀ x for every parameter, into the other half of Z and the sample's rows of V.
+    """Write M x, and M Z + X0 eᵀ x for every parameter, into the unused half of Z and the sample's rows of V.
 
     Lanes that are not live end, at 0. Lengths of rows of M and of columns of Z are multiples of FOUR.
     """
     whole_vectors()
     (P, n, sample), N = place, M.size // (place[1] * W)
     new, old = sample % 2 * (P + 1) * N, (1 - sample % 2) * (P + 1) * N
-    for p in range(P + 1):  # the last is x, whose row of X0 is 0
+    for p in range(P + 1):  # the last is x, with a row 0 of X0
         v = np.uint64((old + P * N + p % n) * W)
         for i in range(n):
             u, to = np.uint64((p // n * n + i) * W), np.uint64((new + p * N + i) * W)

@@ -168,7 +168,7 @@ def integrate_flow(step, coupled, factors, slopes, lengths, steps):
 
     Args:
         step (function): Returned by :func:`compile_step`.
-        coupled (numpy.ndarray, shape (n, n)): Whether states act on each other.
+        coupled (numpy.ndarray, shape (n, n)): Whether pairs of states are coupled.
         factors (numpy.ndarray, shape (times, terms)): Factors of the slopes' terms at POINTS of each step; or no terms.
         slopes (numpy.ndarray, shape (terms or times, entries, points)): Terms of the slopes, which are summed with
             factors; or the slopes at all times. In units of a step.

@@ -5,8 +5,8 @@ motion of a point, in radians of spin and in units of the perturbation, depends 
 
 .. math:: (I_a/I_c,\ I_b/I_c,\ \varepsilon,\ \varphi,\ \mathrm{sign}\,\omega_0)
 
-alone, with (a, b, c) cyclic from the spin axis. Points whose five numbers are equal to the bit are one motion; the
-integration of one of them gives all of them.
+alone, with (a, b, c) cyclic from the spin axis. Points with these five numbers equal to the bit are one motion,
+and are integrated once.
 """
 
 import math

@@ -2,7 +2,7 @@ r"""Direct integrator of Euler's equations, by their Taylor series of order 8, 1
 
 Each component is a power series in the time within the step. With :math:`a_n` the n-th term of :math:`\omega_a` (the
 coefficient times :math:`h^n`) and :math:`k_a = c_a h`, Euler's equations :math:`\dot\omega_a = c_a\omega_b\omega_c`
-give every term from the ones before it,
+give every term from the terms before it,
 
 .. math:: a_{n+1} = \frac{k_a}{n+1}\sum_{i=0}^{n} b_i\,c_{n-i} \qquad\text{and cyclic,}
 
@@ -62,7 +62,7 @@ def truncation(size, order):
 def near_truncation(x, size, samples):
     """Return the truncation of a perturbation by near steps over a run, relative to it; one step per sample.
 
-    For x up to 0.6 the terms after the first omitted ones add less than a fifth of them.
+    For x up to 0.6 the terms after the first omitted terms add less than a fifth of them.
 
     Args:
         x, size, samples: As in :func:`choose_steps`.
@@ -231,7 +231,7 @@ def _integrate_motion(moments, omega_start, times, tolerance, with_attitude):
     coefficients = np.array(euler_coefficients(*moments))
     bound = np.abs(coefficients).max()
     bound = max(1.0, bound) * np.linalg.norm(omega / spin) if with_attitude else bound
-    for forward in (True, False):  # positive times, then negative ones, each by increasing size
+    for forward in (True, False):  # positive times, then negative times, each by increasing size
         order = np.flatnonzero(times >= 0 if forward else times < 0)
         order = order[np.argsort(np.abs(times[order]), kind="stable")]
         durations, one_way = np.diff(times[order], prepend=0.0) * spin, np.empty((order.size, 7))

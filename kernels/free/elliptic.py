@@ -1,18 +1,18 @@
 r"""Jacobi's elliptic functions and Legendre's integrals of the first kind, in double precision.
 
 Every function takes the parameter ``m`` in [0, 1] *and* its complement ``m1 = 1 - m``: near the separatrix
-of a free top ``m`` rounds to one while ``m1`` keeps all its digits.  The smaller of the two is the one that
-counts.
+of a free top ``m`` rounds to one while ``m1`` keeps all its digits.  The smaller of the two decides the
+accuracy.
 
 The arithmetic-geometric mean ``a_0 = 1, b_0 = sqrt(m1), a_{n+1} = (a_n + b_n)/2, b_{n+1} = sqrt(a_n b_n)``
 ends, after N steps, in ``a_N = b_N = pi/(2 K)``.  Gauss' transformation (Abramowitz & Stegun 16.12, DLMF
-22.7.2-4) leads from the circular functions of ``phi = a_N u`` back up to the elliptic ones.  Written in
+22.7.2-4) leads from the circular functions of ``phi = a_N u`` back up to the elliptic functions.  Written in
 ``C_n = a_n cn_n/sn_n`` and ``d_n = dn_n`` it is::
 
     C_N = a_N cot(phi),   d_N = 1,
     q = C_n^2/a_n,   C_{n-1} = C_n d_n,   d_{n-1} = (q + b_{n-1})/(q + a_{n-1}),
 
-with products and sums of positive terms only, so dn, and cn beside it, keep their *relative* precision
+with products and sums of positive terms only, so dn and cn keep their *relative* precision
 however small m1 is (the arrangement is Bulirsch's, Numer. Math. 7 (1965) 78).  The mean is carried in
 double-double and so is ``a_N u``: large arguments lose nothing to the rounding of the period.
 """

@@ -32,7 +32,7 @@ def scaled(x1, x2, x3):
 
 @formula
 def coefficients(I1, I2, I3):
-    """Return ``c_i = (I_j - I_k)/I_i`` of Euler's equations, dimensionless, for moments I1, I2, I3."""
+    """Return ``c_i = (I_j - I_k)/I_i`` of Euler's equations, dimensionless, for moments `I1`, `I2`, `I3`."""
     return (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
 
 
@@ -113,7 +113,7 @@ class Motion(NamedTuple):
     p: float  #: elliptic frequency: the arguments of sn, cn and dn advance by p t
     m: float  #: parameter, and m1 = 1 - m, each with its own relative precision; m = 0 if p = 0
     m1: float
-    axes: tuple  #: axes of sn (the intermediate one), cn, and dn (the one that the polhode encircles)
+    axes: tuple  #: axes of sn (intermediate), cn, and dn (encircled by the polhode)
     c: tuple  #: Euler coefficients in the order of these roles
     w: tuple  #: angular velocity at the start, likewise
     unit: float  #: unit of p and w, rad/s: a power of two
@@ -121,7 +121,7 @@ class Motion(NamedTuple):
 
 @njit(**INLINE)
 def set_up_near_one(I1, I2, I3, w1, w2, w3):
-    """Return :func:`set_up` for I1, I2, I3, w1, w2, w3 near one, as in :func:`constants`, with the unit 1."""
+    """Return :func:`set_up` for `I1`, `I2`, `I3`, `w1`, `w2`, `w3` near one, as in :func:`constants`, in the unit 1."""
     p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
     c1, c2, c3 = coefficients(I1, I2, I3)
     c = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)

@@ -19,7 +19,7 @@ Then ``w_s = A_s sn u, w_c = A_c cn u, w_d = A_d dn u`` with ``u = p t + u0`` an
 
     p A_s = c_s A_c A_d,    -p A_c = c_c A_s A_d,    -m p A_d = c_d A_s A_c
 
-whose products give ``p^2 = -c_c c_s A_d^2``, ``m p^2 = c_c c_d A_s^2`` and ``A_c^2 = -(c_c/c_s) A_s^2``.
+and their products give ``p^2 = -c_c c_s A_d^2``, ``m p^2 = c_c c_d A_s^2`` and ``A_c^2 = -(c_c/c_s) A_s^2``.
 In the usual words, d is the axis of greatest moment where ``L^2 > 2 E I_mid`` and of least moment where
 ``L^2 < 2 E I_mid``; with ``I_min <= I_mid <= I_max``::
 

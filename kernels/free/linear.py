@@ -26,9 +26,9 @@ the axis of greatest inertia if N > 0, that of least inertia if N < 0: the compo
 its sign for ever. N is one difference of two terms, formed in double-double. The start is not exact: cosine and
 sine are off by at most 4 units of 2⁻⁵² of themselves (NumPy's bound), and their product with ε, which moves N by less
 than 18 such units of the sum of the terms. If |N| is below 20 of them, the motion is on the separatrix within the
-precision of doubles. Both terms vanish if all moments are equal, and if ω lies in the plane of two equal ones: such a
-spin is steady and encircles no other axis. About an axis of the middle moment ε is a common factor and left out, so
-that it cannot underflow.
+precision of doubles. Both terms vanish if all moments are equal, and if ω lies in the plane of two equal moments: such
+a spin is steady and encircles no axis. About an axis of the middle moment ε is a common factor and left out, so that it
+cannot underflow.
 
 Source: Landau and Lifshitz, Mechanics, section 37 (problem 1 and the text around figure 51); Goldstein, Poole and
 Safko, Classical Mechanics, 3rd edition, section 5.6. The signs were derived again from Euler's equations.
@@ -50,7 +50,7 @@ KINDS = ("regime_theory", "shape", "encircles")
 NAMES = REALS + KINDS
 REAL, KIND = columns.numbers(REALS), columns.numbers(KINDS)
 
-NO_AXIS, LEAST_AXIS, GREATEST_AXIS, SEPARATRIX = range(4)
+NO_AXIS, MINOR_AXIS, MAJOR_AXIS, SEPARATRIX = range(4)
 SEPARATRIX_TOLERANCE = 20.0 * 2.0**-52  # |N| over the sum of its terms, below which the motion is on the separatrix
 
 
@@ -91,7 +91,7 @@ def regime(I1, I2, I3, axis):
     """Return the regime of linear theory, from the signs of the differences of the moments alone.
 
     As int8: STABLE_MINOR (a is the least moment), STABLE_MAJOR (the greatest), UNSTABLE (between), MARGINAL (equal to
-    one other: Ω² = 0) or SPHERE (all equal).
+    a second moment: Ω² = 0) or SPHERE (all equal).
 
     Args:
         I1, I2, I3, axis (array_like): As in :func:`omega_squared`.
@@ -152,7 +152,7 @@ def _growing_fraction(cb, cc, omega, cosine, sine):
 
 @njit(**INLINE)
 def _encircled_axis(a, b, c, epsilon, cosine, sine):
-    """Return NO_AXIS, LEAST_AXIS, GREATEST_AXIS or SEPARATRIX; moments in cyclic order, the spin axis first."""
+    """Return NO_AXIS, MINOR_AXIS, MAJOR_AXIS or SEPARATRIX; moments in cyclic order, the spin axis first."""
     a, b, c, _ = elliptic_constants.scaled(a, b, c)
     smallest, middle, greatest = elliptic_constants.inertia_order(a, b, c)
     I_min, I_mid, I_max = elliptic_constants.by_role(smallest, middle, greatest, a, b, c)
@@ -160,8 +160,8 @@ def _encircled_axis(a, b, c, epsilon, cosine, sine):
     w_min, _, w_max = elliptic_constants.by_role(smallest, middle, greatest, 1.0, size * cosine, size * sine)
     N = elliptic_constants.separatrix_offset(I_min, I_mid, I_max, w_min, w_max)
     terms = I_max * (I_max - I_mid) * (w_max * w_max) + I_min * (I_mid - I_min) * (w_min * w_min)
-    encircled = LEAST_AXIS if N < 0.0 else GREATEST_AXIS
-    return (encircled if abs(N) > SEPARATRIX_TOLERANCE * terms else SEPARATRIX) if terms > 0.0 else NO_AXIS
+    axis = MINOR_AXIS if N < 0.0 else MAJOR_AXIS
+    return (axis if abs(N) > SEPARATRIX_TOLERANCE * terms else SEPARATRIX) if terms > 0.0 else NO_AXIS
 
 
 @njit(**INLINE)

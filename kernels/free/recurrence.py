@@ -13,7 +13,7 @@ and no parameter is near one. The mean of the X apart, P is Weierstrass' functio
 .. math:: P + \bar X = \wp(h) = h^{-2} + \sum_{n\ge2}a_nh^{2n-2}, \qquad
           a_2 = \tfrac1{20}g_2, \quad a_3 = \tfrac1{28}g_3, \quad e_i = \bar X - X_i(0)
 
-**Recurrence.** In first differences :math:`\delta_{n+1} = w_{n+1} - w_n`, whose relative digits are those of the rate,
+**Recurrence.** In first differences :math:`\delta_{n+1} = w_{n+1} - w_n`, with the relative digits of the rate,
 
 .. math:: \delta_{n+1} = \delta_n + \left[g + (2 + g)\frac e{1 - e}\right]w_n, \qquad w_{n+1} = w_n + \delta_{n+1},
           \qquad e = q\,w_b^2
@@ -24,8 +24,8 @@ g of its own; all share e. Two transverse components do not need the third, and 
 **Small motions only.** If no spin can change by more than 1e-8 of itself
 (:func:`kernels.estimator.reduction.is_small`), e is below 1e-8 over the number of samples while the window is open and
 below 1e-4 over it in the log slope's: ``e + e^2`` stands for ``e/(1 - e)``, which leaves out 1e-12 at most, and no
-division is left in the loop. Large motions would lose digits besides, because here a component does not know of the
-other: roundings of one at its largest grow while it falls back towards the spin axis. They are left to
+division is left in the loop. Large motions would lose digits too, because each transverse component has a recurrence of
+its own: roundings of a component at its largest grow while it falls back towards the spin axis. They are left to
 :func:`kernels.free.exact.step`.
 
 **Rounding.** A rounding of a sample or of a difference continues as a motion of its own size, added to the true one:

@@ -47,8 +47,8 @@ def cosine_sine(angle):
     sine = x - ((z * (0.5 * tail - z * x * series) - tail) - z * x * SINES[0])
     series = COSINES[2] + z * (COSINES[3] + z * (COSINES[4] + z * COSINES[5]))
     series = z * (COSINES[0] + z * (COSINES[1] + z * series))
-    leading = 1.0 - 0.5 * z
-    cosine = leading + (((1.0 - leading) - 0.5 * z) + (z * series - x * tail))
+    two_terms = 1.0 - 0.5 * z
+    cosine = two_terms + (((1.0 - two_terms) - 0.5 * z) + (z * series - x * tail))
     quarter = turns - 4.0 * np.floor(0.25 * turns)
     odd = (quarter == 1.0) | (quarter == 3.0)
     across, along = (cosine if odd else sine), (sine if odd else cosine)

@@ -1,7 +1,7 @@
 r"""Triangle inequality of moments of inertia, the condition for a physically possible rigid body.
 
 A body made of mass has second moments :math:`J_i = (I_j + I_k - I_i)/2 \ge 0`, so no moment exceeds the sum of the
-other two; equality is a flat body or a rod.
+remaining two; equality is a flat body or a rod.
 
 Source: Landau and Lifshitz, Mechanics, section 32.
 """
@@ -12,7 +12,7 @@ FLATNESS_TOLERANCE = 1e-9  # deviation of a flat body's moments printed to nine 
 
 
 def sort_moments(I1, I2, I3):
-    """Sort the arrays I1, I2, I3 element by element; all three elements are NaN if one is."""
+    """Sort the arrays `I1`, `I2`, `I3` element by element; all three elements are NaN if any is."""
     low, high = np.minimum(I1, I2), np.maximum(I1, I2)
     return np.minimum(low, I3), np.maximum(low, np.minimum(high, I3)), np.maximum(high, I3)
 

@@ -88,7 +88,7 @@ def _measured_D(S, lane):
 
 @njit(**OPTIONS)
 def _write_squares(S, is_reduced):
-    """Return rates² and their slopes by D, the reduced ones where followed, and whether a lane's D is too large."""
+    """Write rates² and their slopes by D, reduced if ``is_reduced``; return whether a lane's D is too large."""
     whole_vectors()
     is_large = 0
     for lane in range(W):
@@ -151,11 +151,11 @@ def _fill_square(S, certified, tolerance):
         S[column.propagation_error + lane] = distance
         state = S[row.a + lane] + S[row.b + lane] + S[row.c + lane]
         short = samples_used < measure.MIN_SAMPLES
-        is_lost = (rate2 - rate2 != 0.0) & ((state - state != 0.0) | (samples_used >= measure.MIN_SAMPLES))
+        is_undefined = (rate2 - rate2 != 0.0) & ((state - state != 0.0) | (samples_used >= measure.MIN_SAMPLES))
         near = distance <= tolerance + 2e-15 + 1e-16 * samples_used * math.sqrt(samples_used)
         status = OK if near | (not certified) else NOT_CONVERGED
         status = SHORT_WINDOW if short else status
-        S[column.status + lane] = NON_FINITE if is_lost else status
+        S[column.status + lane] = NON_FINITE if is_undefined else status
 
 
 @njit(**INNER)
@@ -206,10 +206,10 @@ def _fill_errors(S, step, rounded, is_full):
         end = uncertainty.end_error(distance, growth, 0.0 if exactly else min(truncation, cubic))
         integration = uncertainty.integration(reduced, rate, distance, end, per, spacing)
         integration += distance * abs(reduced) if exactly else 0.0
-        removed = reduction.rms_part(S[row.rr + lane], ss, inverse, samples)
-        remainder = removed * reduction.SMALL_WANDER
+        rms_part = reduction.rms_part(S[row.rr + lane], ss, inverse, samples)
+        remainder = rms_part * reduction.SMALL_WANDER
         if is_full:
-            remainder = uncertainty.amplitude(reduced, removed, S[row.wander + lane], spacing, per, bound)
+            remainder = uncertainty.amplitude(reduced, rms_part, S[row.wander + lane], spacing, per, bound)
         moment_error = uncertainty.moment_rounding(reduced, Ia, Ib, Ic, rounded)
         S[aux.rate + lane] = rate
         rounding = uncertainty.rounding(rate, samples, samples_used, bend) + moment_error
@@ -341,7 +341,7 @@ def write_columns(S, work, reduced, step, rounded, tolerance):
     Args:
         `S` (numpy.ndarray, shape (ROWS * W,)): Scratch after :func:`kernels.near_axis.near_axis_block.integrate_block`,
             with the row spin_rate filled. Column k of lane l is written to ``S[(FIRST_COLUMN + k) * W + l]``; columns
-            whose work was not done are undefined.
+            are undefined if their work was not done.
         work, reduced, step: As in :func:`kernels.near_axis.near_axis_block.integrate_block`.
         rounded, tolerance: As in :class:`kernels.near_axis.survey.RunSettings`.
     """

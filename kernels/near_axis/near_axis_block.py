@@ -49,7 +49,7 @@ _NAMES = (  # rows of the scratch array, W long each
     # the next, the constants of kernels.estimator.reduction.constants, and the largest change of the spin
     *("sx", "ss", "sw", "u1", "half"),
     *("drive", "quadrature", "first", "second", "third", "along", "slope", "wander"),
-    # its first order: the factor of (β, γ) in the next triple, a line in the spin, and the other factor over βγ
+    # its first order: the factor of (β, γ) in the next triple, a line in the spin, and the second factor over βγ
     *("own", "own_slope", "own_offset", "across"),
     # the exact recurrence of a small motion: first differences, and its constants (kernels.free.recurrence)
     *("da", "db", "dc", "ga", "gb", "gc", "bend"),
@@ -233,7 +233,7 @@ def set_first_guess(S):
     for :func:`begin_reduction` in the rows half, own and across.
     """
     whole_vectors()
-    num_growing = 0
+    num_logging = 0
     for lane in range(W):
         b, c, b1, c1 = S[row.b + lane], S[row.c + lane], S[row.b1 + lane], S[row.c1 + lane]
         b2, c2 = S[row.b2 + lane], S[row.c2 + lane]
@@ -243,9 +243,9 @@ def set_first_guess(S):
         S[row.half + lane], S[row.own + lane], S[row.across + lane] = middle, middle - first, b * c - first
         turns = S[row.guess + lane] > measure.MIN_ROTATING_D
         S[row.log_open + lane] = 0.0 if turns else S[row.log_open + lane]
-    for lane in range(W):  # a separate loop: the one above would not be packed with it
-        num_growing |= 0 if S[row.guess + lane] > measure.MIN_ROTATING_D else 1
-    return num_growing > 0
+    for lane in range(W):  # a separate loop: within the loop above it would prevent packed code
+        num_logging |= 0 if S[row.guess + lane] > measure.MIN_ROTATING_D else 1
+    return num_logging > 0
 
 
 @njit(**OPTIONS)
@@ -542,32 +542,32 @@ def add_log_sample(S):
 def has_grown_lane(S):
     """Return True if some lane has been large enough for the log slope."""
     whole_vectors()
-    num_grown = 0
+    num_large = 0
     for lane in range(min(W, S.size)):  # a number unknown to LLVM, which would unroll so short a loop
-        num_grown |= (
+        num_large |= (
             1 if S[row.max_size2 + lane] >= measure.LOG_FROM * measure.LOG_FROM * S[row.start_size2 + lane] else 0
         )
-    return num_grown > 0
+    return num_large > 0
 
 
 @njit(**OPTIONS)
 def has_log_samples(S):
     """Return True if some lane's log slope has a sample."""
     whole_vectors()
-    logged = 0
+    num_lanes = 0
     for lane in range(min(W, S.size)):  # as in :func:`has_grown_lane`
-        logged |= 1 if S[row.log_samples + lane] > 0.0 else 0
-    return logged > 0
+        num_lanes |= 1 if S[row.log_samples + lane] > 0.0 else 0
+    return num_lanes > 0
 
 
 @njit(**INNER)
-def _follow_recurrence(S, remaining):
+def _follow_recurrence(S, num_samples):
     """Add the remaining samples of every lane by the recurrence."""
     is_open = True
-    while is_open and remaining >= AT_ONCE:
-        is_open, remaining = _exact_samples(S), remaining - AT_ONCE
-    while is_open and remaining > 0:
-        is_open, remaining = _exact_sample_alone(S), remaining - 1
+    while is_open and num_samples >= AT_ONCE:
+        is_open, num_samples = _exact_samples(S), num_samples - AT_ONCE
+    while is_open and num_samples > 0:
+        is_open, num_samples = _exact_sample_alone(S), num_samples - 1
 
 
 @njit(**OPTIONS)
@@ -580,7 +580,7 @@ def integrate_block(S, step, steps, intervals, work, reduced):
             ``reduced`` is not FULL_REDUCTION in place of EXACT; and their number in a sample interval.
         intervals (int): Number of sample intervals.
         work (tuple of 5 bool): Of :class:`Work`.
-        reduced (int): NO_REDUCTION, FIRST_ORDER or FULL_REDUCTION; one of the first two only if the first order
+        reduced (int): NO_REDUCTION, FIRST_ORDER or FULL_REDUCTION; the first two only if the first order
             suffices (:func:`kernels.estimator.reduction.is_small`).
     """
     with_exact, with_invariants, with_log, _, _ = work

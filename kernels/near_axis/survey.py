@@ -103,7 +103,7 @@ def _plan_points(T, axis, spacing, intervals, plan):
 
 @njit(nogil=True, **OPTIONS)
 def _choose_steps(T, intervals, tolerance, plan):
-    """Write the Taylor steps that the points need into the plan, in place of exact ones."""
+    """Write the Taylor steps that the points need into the plan, in place of exact steps."""
     _, _, step, steps = plan
     latest, size, size_factor, coefficients = -1.0, 0.0, 0.0, (0.0, 0.0, 0.0)
     for i in range(steps.size):
@@ -243,7 +243,7 @@ def measure_points(
         rotations (float): Length of the run, in 2 pi/|omega0|.
         samples_per_rotation (int): Samples in 2 pi/|omega0|; the spacing shrinks where max|c_i| > 1.
         tolerance (float): Relative error of the perturbation allowed over the run.
-        propagator (str): One of PROPAGATORS: "direct" (Taylor steps, certified by the exact solution) or "exact" (the
+        propagator (str): A key of PROPAGATORS: "direct" (Taylor steps, certified by the exact solution) or "exact" (the
             exact step, one a sample).
         wanted (collection of str): Columns to make, of MEASURED; without the drifts, the log slope, the certificate,
             the rates or the errors the work for them is saved.
@@ -263,8 +263,8 @@ def measure_points(
     """
     points = rigid_body.points_of(points)
     n = points.I1.size
-    required = {"omega_squared", "status"} if nonlinear else set()
-    requested = [column for column in COLUMNS if column.name in wanted or column.name in required]
+    needed_names = {"omega_squared", "status"} if nonlinear else set()
+    requested = [column for column in COLUMNS if column.name in wanted or column.name in needed_names]
     requested.sort(key=lambda column: TYPES.index(column.dtype))
     rows = np.array([MEASURED.index(column.name) for column in requested], dtype=np.int64)
     tables = tuple(np.empty((sum(column.dtype is dtype for column in requested), n), dtype=dtype) for dtype in TYPES)
@@ -289,18 +289,18 @@ def measure_points(
 def _leave_out_unrepresentable(result, omega0):
     """Set columns in s-2 to NaN if doubles cannot represent them and their errors; the status is then NON_FINITE."""
     spin = np.abs(omega0)
-    is_lost = spin < MIN_SPIN
+    is_unrepresentable = spin < MIN_SPIN
     squares = [values for name, values in result.items() if POWERS[name] == 2]
     if spin.size and spin.max() > 1.0 / MIN_SPIN:
         for values in squares:
-            is_lost |= np.isinf(values)
-    if not is_lost.any():
+            is_unrepresentable |= np.isinf(values)
+    if not is_unrepresentable.any():
         return
     for values in squares:
-        values[is_lost] = np.nan
+        values[is_unrepresentable] = np.nan
     if "status" in result:
         status = result["status"]
-        status[is_lost & (status == OK)] = NON_FINITE
+        status[is_unrepresentable & (status == OK)] = NON_FINITE
 
 
 def measure_flips(points, tolerance=1e-10):

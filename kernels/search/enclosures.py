@@ -358,7 +358,7 @@ def enclose(F, low, high, count, R, values):
     nogil=True, **OPTIONS,
 )  # fmt: skip
 def enclose_boxes(F, point_index, low, high, values, states):
-    """Enclose functions in many boxes, each with the constants of one of many points.
+    """Enclose functions in many boxes, each with the constants of its point.
 
     Args:
         `F` (kernels.search.codes.Formulas): The functions, with the constants of all points.

@@ -9,7 +9,7 @@ contains every zero of X: if it is inside X there is exactly one, if it is disjo
 reduced to it or split in two. Each row of the mean value form, solved for each variable in which it is monotonic,
 reduces X too (Hansen and Sengupta). Rows and columns are scaled by the box itself, so results do not depend on units.
 
-X is a little larger than the box to be decided, so that a zero on a cut is interior to one of the two boxes. If K is
+X is a little larger than the box to be decided, so that a zero on a cut is interior to a box. If K is
 inside X, :math:`x - Y F(x)` is a contraction: it (or Newton's method, if that is better) converges to the zero, and
 Krawczyk's operator then bounds its distance. A box that cannot be decided is returned with the reason (see
 kernels.search.codes).

@@ -80,7 +80,7 @@ def test_the_axis_encircled_is_that_of_the_difference_in_60_digits():
             undecided += 1
             assert abs(N) < 40 * 2.0**-52 * size
         else:
-            assert flag == (linear.GREATEST_AXIS if N > 0 else linear.LEAST_AXIS)
+            assert flag == (linear.MAJOR_AXIS if N > 0 else linear.MINOR_AXIS)
     assert 10 < undecided < 300  # few are as near the separatrix as doubles resolve
 
 
@@ -91,13 +91,13 @@ def test_the_axis_encircled_is_the_one_whose_component_keeps_its_sign(moments):
     axis, epsilon, phase = random.integers(1, 4, n), random.uniform(0.1, 0.95, n), random.uniform(0, 7, n)
     moment_columns = [np.full(n, x) for x in moments]
     flags = linear.predict_columns(Spins(*moment_columns, axis, np.ones(n), epsilon, phase))["encircles"]
-    assert set(flags) == {linear.LEAST_AXIS, linear.GREATEST_AXIS}
+    assert set(flags) == {linear.MINOR_AXIS, linear.MAJOR_AXIS}
     for i in range(n):
         start = np.roll([1.0, epsilon[i] * np.cos(phase[i]), epsilon[i] * np.sin(phase[i])], axis[i] - 1)
         rates = lambda t, w: [(b - c) / a * w[1] * w[2], (c - a) / b * w[2] * w[0], (a - b) / c * w[0] * w[1]]  # noqa: E731
         motion = solve_ivp(rates, (0, 150), start, method="DOP853", rtol=1e-11, atol=1e-13).y
         keeps = {k for k in range(3) if np.ptp(np.sign(motion[k])) == 0}
-        assert keeps == {int(np.argmin(moments) if flags[i] == linear.LEAST_AXIS else np.argmax(moments))}
+        assert keeps == {int(np.argmin(moments) if flags[i] == linear.MINOR_AXIS else np.argmax(moments))}
 
 
 def test_symmetric_bodies_encircle_their_own_axis_and_spheres_none():
@@ -106,7 +106,7 @@ def test_symmetric_bodies_encircle_their_own_axis_and_spheres_none():
         for phase in (0.6, 2.1):
             perturbation = np.full(3, 1e-300), np.full(3, phase)
             flags = linear.predict_columns(Spins(*moments, np.full(3, axis), np.ones(3), *perturbation))["encircles"]
-            assert flags.tolist() == [linear.GREATEST_AXIS, linear.LEAST_AXIS, linear.NO_AXIS]
+            assert flags.tolist() == [linear.MAJOR_AXIS, linear.MINOR_AXIS, linear.NO_AXIS]
     # about axis 1 with the nudge along axis 2: in the plane of two equal moments, a steady spin
     steady = linear.predict_columns(Spins(*moments[:, :1], np.array([1]), np.ones(1), np.full(1, 0.3), np.zeros(1)))
     assert steady["encircles"].tolist() == [linear.NO_AXIS]
