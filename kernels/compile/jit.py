@@ -147,7 +147,7 @@ def whole_vectors() -> None:
 
 @cache
 def takes_whole_vectors() -> bool:
-    """Return whether :func:`whole_vectors` has an effect: on some processors (WHOLE), by rule and without a user's own.
+    """Return whether :func:`whole_vectors` has an effect: on some processors (FULL_WIDTH), by rule and without a user's own.
 
     Rates alone are measured a quarter faster there.
     """
