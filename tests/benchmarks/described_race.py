@@ -83,13 +83,13 @@ class Heyoka:
     """Samples of a task by heyoka.py."""
 
     def __init__(self, task, width):
-        self.task, self.width, self.made = task, width, {}
+        self.task, self.width, self.integrators = task, width, {}
 
     def integrator(self, tolerance):
         """Return the batch integrator of a tolerance."""
         import heyoka
 
-        if tolerance not in self.made:
+        if tolerance not in self.integrators:
             equations, width = self.task.model.equations, self.width
             states = [*equations.q, *equations.v] if equations.v else [*equations.states]
             rates = [*equations.f]
@@ -99,14 +99,14 @@ class Heyoka:
             symbols_used = set().union(*(e.free_symbols for e in rates))
             parameters = [symbol for symbol in equations.parameters if symbol in symbols_used]
             names = {symbol: heyoka.par[k] for k, symbol in enumerate(parameters)}
-            self.used = [equations.parameters.index(symbol) for symbol in parameters]
+            self.parameter_indices = [equations.parameters.index(symbol) for symbol in parameters]
             variables = heyoka.make_vars(*(f"s{i}" for i in range(len(states))))
             names |= dict(zip(states, variables, strict=True))
             system = [(x, heyoka.from_sympy(e, names)) for x, e in zip(variables, rates, strict=True)]
-            self.made[tolerance] = heyoka.taylor_adaptive_batch(
+            self.integrators[tolerance] = heyoka.taylor_adaptive_batch(
                 system, np.ones((len(states), width)), tol=tolerance, fast_math=True
             )
-        return self.made[tolerance]
+        return self.integrators[tolerance]
 
     def __call__(self, tolerance):
         integrator, task, width = self.integrator(tolerance), self.task, self.width
@@ -116,7 +116,7 @@ class Heyoka:
             selection = slice(first, first + width)
             integrator.set_time(0.0)
             integrator.state[:] = task.start[selection].T
-            integrator.pars[:] = np.array([task.parameters[k][selection] for k in self.used])
+            integrator.pars[:] = np.array([task.parameters[k][selection] for k in self.parameter_indices])
             due[:], step_starts[:] = 0, 0.0
             is_unfinished = True
             while is_unfinished:

@@ -81,24 +81,24 @@ def test_csv_and_netcdf_hold_the_same_numbers(tmp_path):
 
 
 def test_an_attitude_message_holds_the_same_bits(tmp_path):
-    moved = RIGID_BODY.motion(POINT, math.pi, 101, 1e-10)
-    motion.write_motion(moved, tmp_path / "m.aem")
+    trajectory = RIGID_BODY.motion(POINT, math.pi, 101, 1e-10)
+    motion.write_motion(trajectory, tmp_path / "m.aem")
     with FileBytes(tmp_path / "m.aem") as file:
         message = AttitudeMessage(file)
         (rows,) = message.read_rows(range(8))
         assert not message.space_to_body
     assert [name for name, _ in message.headings] == ["time", "q1", "q2", "q3", "qc", "w1", "w2", "w3"]
-    np.testing.assert_array_equal(rows[:, 0], moved.time)
-    np.testing.assert_array_equal(rows[:, 1:5], np.stack([moved[f"q{i}"] for i in (1, 2, 3, 0)], 1))
-    np.testing.assert_array_equal(rows[:, 5:], np.degrees(np.stack([moved[name] for name in OMEGA], 1)))
+    np.testing.assert_array_equal(rows[:, 0], trajectory.time)
+    np.testing.assert_array_equal(rows[:, 1:5], np.stack([trajectory[f"q{i}"] for i in (1, 2, 3, 0)], 1))
+    np.testing.assert_array_equal(rows[:, 5:], np.degrees(np.stack([trajectory[name] for name in OMEGA], 1)))
     text = (tmp_path / "m.aem").read_text()
     assert "STOP_TIME = 2000-01-01T00:00:03.14159265358979312\n" in text
 
 
 def test_an_attitude_message_needs_an_attitude_and_years_of_four_digits(tmp_path):
-    moved = RIGID_BODY.motion(POINT, 1.0, 3, 1e-10)
+    trajectory = RIGID_BODY.motion(POINT, 1.0, 3, 1e-10)
     with pytest.raises(motion.MotionError, match=r"has no q0 for a \.aem file; allowed"):
-        motion.write_motion(moved.drop_vars("q0"), tmp_path / "m.aem")
+        motion.write_motion(trajectory.drop_vars("q0"), tmp_path / "m.aem")
     long = RIGID_BODY.motion(POINT | {"omega0": 1e-9}, 3e11, 3, 1e-10)
     with pytest.raises(motion.MotionError, match=r"ends after 3e\+11 s; allowed in a \.aem file"):
         motion.write_motion(long, tmp_path / "m.aem")

@@ -244,7 +244,7 @@ def test_the_file_is_a_map_like_any_other(capsys, tmp_path):
     assert point["exclusion_sam"]["value"] > 3
     run_command(capsys, "slice", path, "--I3", 1, "-o", tmp_path / "slice.nc")
     run_command(capsys, "figures", path, "-o", tmp_path / "figures")
-    assert [one.name for one in (tmp_path / "figures").iterdir()] == ["energies.png"]
+    assert [picture_path.name for picture_path in (tmp_path / "figures").iterdir()] == ["energies.png"]
     run_command(capsys, "report", path, "-o", tmp_path / "report.html")
     checks = run_command(capsys, "verify", path, "--points", 40)
     assert "differs" not in checks

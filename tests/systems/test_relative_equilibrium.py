@@ -90,13 +90,13 @@ def test_the_boundary_of_theory_is_found_between_the_points_of_a_map(has_damping
     """λ² + c λ + k of two oscillators: stable for k > 0, and for c > 0; the last cell is a tenth inside."""
     stiffness, c = np.linspace(-0.97, 1.03, 21), 0.2 if has_damping else 0.0
     k, second_stiffness = np.meshgrid(stiffness, [1.5, 2.5], indexing="ij")
-    roots = [[(-c + sign * np.sqrt(c**2 - 4 * one + 0j)) / 2 for sign in (1, -1)] for one in (k, second_stiffness)]
+    roots = [[(-c + sign * np.sqrt(c**2 - 4 * value + 0j)) / 2 for sign in (1, -1)] for value in (k, second_stiffness)]
     eigenvalues = np.moveaxis(np.array(roots).reshape(4, *k.shape), 0, -1)
     growth, over = eigenvalues.real.max(axis=-1), ("k", "other")
     regime = np.where(growth > 1e-9, *(REGIMES.index(name) - 1 for name in ("unstable", "stable")))
     columns = {"growth_rate_theory": growth, "regime_theory": regime, "rate_scale": np.ones(k.shape)}
-    one = xr.Dataset({name: (over, column) for name, column in columns.items()})
-    margin, _ = figure_spectra._margins(one.assign(eigenvalues=((*over, "eigenvalue"), eigenvalues)))
+    stability_map = xr.Dataset({name: (over, column) for name, column in columns.items()})
+    margin, _ = figure_spectra._margins(stability_map.assign(eigenvalues=((*over, "eigenvalue"), eigenvalues)))
     (last,) = np.flatnonzero(margin[1:, 0] * margin[:-1, 0] < 0.0)
     share = margin[last, 0] / (margin[last, 0] - margin[last + 1, 0])
     assert stiffness[last] + share * 0.1 == pytest.approx(0.0, abs=1e-12)  # the product of λ is linear in k
