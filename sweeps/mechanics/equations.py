@@ -10,7 +10,7 @@ from sweeps.mechanics.description import System
 MAX_EXPANDED_OPERATIONS = 400  # longer expressions are not expanded: they grow with the product of their sums
 MAX_SIMPLIFIED_OPERATIONS = 80  # longer expressions are not simplified: SymPy takes too long
 MAX_SIMPLIFIED_POWER = 16  # higher powers are not expanded in simplifying
-MAX_THIRD_OPERATIONS = 1500  # with a longer V″ third derivatives are not computed
+MAX_THIRD_OPERATIONS = 1500  # operations of V″ up to which its derivatives are computed
 NO_PARAMETER = sp.Dummy("nothing", real=True)  # the only parameter of a system without parameters
 
 

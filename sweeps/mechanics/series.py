@@ -24,7 +24,7 @@ from sweeps.mechanics.graph import ADD, CONSTANT, DIV, MUL, SOLVED, Graph, X
 from sweeps.mechanics.taylor import HEADER, WRAPPER_TEXT, Generated, factor_lines, indices_newest_last, solution_lines
 
 EXPAND = {"constant": "SERIES", "name": "expand", "words": "Write the terms of every lane's series."}
-MAX_CHANGE, MAX_VISIBLE = (4.0, 100.0)  # of exponentials: change in a step; beyond the latter, exp(-u) is 0
+MAX_CHANGE, MAX_VISIBLE = (4.0, 100.0)  # largest change of an exponent in a step; exp(-u) is 0 beyond the second
 
 
 def sum_text(terms: list[str]) -> str:

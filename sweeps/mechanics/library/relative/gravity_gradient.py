@@ -14,7 +14,7 @@ k1 = system.parameter("k1", "1", default=0.7, least=-0.9999, most=0.9999, meanin
 k3 = system.parameter("k3", "1", default=0.3, least=-0.9999, most=0.9999, meaning="(I2 - I1)/I3")
 n = system.parameter("orbital_rate", "rad s-1", default=1.0, positive=True, meaning="rate of the circular orbit")
 
-I1, I2, I3 = (1 - k3) / (1 - k1 * k3), 1, (1 - k1) / (1 - k1 * k3)  # in units of the pitch moment
+I1, I2, I3 = (1 - k3) / (1 - k1 * k3), 1, (1 - k1) / (1 - k1 * k3)  # the pitch moment is the unit
 k2 = (k3 - k1) / (1 - k1 * k3)  # (I3 - I1)/I2
 w1, w2, w3 = (
     system.state(f"omega{k}", "rad s-1", bounds=(-4 * n, 4 * n), size=n, meaning=f"angular velocity about axis {k}")
