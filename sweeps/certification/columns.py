@@ -75,32 +75,34 @@ def find(headings: Sequence[tuple[str, str]], choice: ColumnChoice, texts: Colle
     is_indexed = [counts[name] > 1 and unit.isdigit() for name, unit in headings]  # q[0], q[1], …
     headings = [(n + unit, "") if index else (n, unit) for (n, unit), index in zip(headings, is_indexed, strict=True)]
     names = {k: name.lstrip("# ") for k, (name, _) in enumerate(headings) if k not in texts}
-    found: dict[str, list[int]] = {role: _named(role, given, names) for role, given in choice.columns.items()}
+    role_columns: dict[str, list[int]] = {}
+    for role, option_names in choice.columns.items():
+        role_columns[role] = _columns_by_option(role, option_names, names)
     for role, stems, options in FAMILIES:
         is_attitude = role in ("quaternion", "matrix", "euler")
         goal = "attitude" if is_attitude else role
-        if goal not in found and (places := _match(role, stems, options, names, found)):
-            found[goal] = places
-    _check_roles(found)
-    attitude = found.get("attitude", [])
+        if goal not in role_columns and (places := _match(role, stems, options, names, role_columns)):
+            role_columns[goal] = places
+    _check_roles(role_columns)
+    attitude = role_columns.get("attitude", [])
     sequence = ""
     if len(attitude) == 4:
-        found["attitude"] = _scalar_first(attitude, names, choice)
+        role_columns["attitude"] = _scalar_first(attitude, names, choice)
     elif len(attitude) == 3:
-        found["attitude"], sequence = _angles(attitude, names, choice)
+        role_columns["attitude"], sequence = _angles(attitude, names, choice)
     factors = {}
-    for role, places in found.items():
+    for role, places in role_columns.items():
         kind = role if role != "attitude" else ("euler" if sequence else "")
         factors |= {k: _factor(kind, *headings[k], choice) for k in places}
-    return FoundColumns(found, factors, sequence)
+    return FoundColumns(role_columns, factors, sequence)
 
 
-def _named(role: str, given: Sequence[str], names: Mapping[int, str]) -> list[int]:
+def _columns_by_option(role: str, option_names: Sequence[str], names: Mapping[int, str]) -> list[int]:
     """Return the columns that the user gives for a role."""
-    if role not in SIZES or len(given) not in SIZES[role]:
-        raise DefinitionError(f"columns: {display(f'{role}=' + ','.join(given))}; allowed: {ROLES}")
-    places = [[k for k, name in names.items() if name == wanted] for wanted in given]
-    for wanted, numbers in zip(given, places, strict=True):
+    if role not in SIZES or len(option_names) not in SIZES[role]:
+        raise DefinitionError(f"columns: {display(f'{role}=' + ','.join(option_names))}; allowed: {ROLES}")
+    places = [[k for k, name in names.items() if name == wanted] for wanted in option_names]
+    for wanted, numbers in zip(option_names, places, strict=True):
         if len(numbers) != 1:
             reason = "is the name of two columns" if numbers else "is no column of numbers"
             raise DefinitionError(f"columns: {display(wanted)} {reason}; allowed: {_list(names)}")
@@ -119,20 +121,20 @@ def _plain(role: str, name: str) -> str:
     return unit.sub("", name) if role not in ("quaternion", "matrix") else name
 
 
-def _match(role, stems, options, names, found) -> list[int]:
+def _match(role, stems, options, names, role_columns) -> list[int]:
     """Return the columns of a role by their names, [] if there are none; refuse two such groups, or a part of one."""
-    taken = {k for places in found.values() for k in places}
+    used_columns = {k for places in role_columns.values() for k in places}
     partial = None
     for components in options:
         prefix = "" if components == ("t",) else "(?:.*_)?"
         pattern = re.compile(f"({prefix})({stems})_?({'|'.join(components)})")
         groups: dict[tuple[str, str], dict[str, list[int]]] = {}
         for k, name in names.items():
-            if k not in taken and (match := pattern.fullmatch(_plain(role, name))):
+            if k not in used_columns and (match := pattern.fullmatch(_plain(role, name))):
                 groups.setdefault((match[1], match[2]), {}).setdefault(match[3], []).append(k)
-        whole = {key: group for key, group in groups.items() if len(group) == len(components)}
-        shortest = min((len(prefix) for prefix, _ in whole), default=0)
-        chosen = [group for (prefix, _), group in whole.items() if len(prefix) == shortest]
+        complete_groups = {key: group for key, group in groups.items() if len(group) == len(components)}
+        shortest = min((len(prefix) for prefix, _ in complete_groups), default=0)
+        chosen = [group for (prefix, _), group in complete_groups.items() if len(prefix) == shortest]
         if len(chosen) > 1 or any(len(places) > 1 for group in chosen for places in group.values()):
             several = ", ".join(names[k] for group in chosen for places in group.values() for k in places)
             raise DefinitionError(f"columns: {cut_text(several)} may each be the {role}; allowed: --columns {ROLES}")
@@ -147,15 +149,15 @@ def _match(role, stems, options, names, found) -> list[int]:
     return []
 
 
-def _check_roles(found: Mapping[str, Sequence[int]]) -> None:
+def _check_roles(role_columns: Mapping[str, Sequence[int]]) -> None:
     """Refuse columns from which no rotation can be judged."""
-    if "time" not in found:
+    if "time" not in role_columns:
         raise DefinitionError(f"columns: there is no time; allowed: a column `time`, or --columns {ROLES}")
-    if not {"attitude", "rates"} & found.keys():
+    if not {"attitude", "rates"} & role_columns.keys():
         allowed = f"columns q0 … q3, w1 … w3 and the like, or --columns {ROLES}"
         raise DefinitionError(f"columns: there is neither attitude nor angular velocity; allowed: {allowed}")
-    if len({"longitude", "latitude"} & found.keys()) == 1:
-        found.pop("longitude", None), found.pop("latitude", None)
+    if len({"longitude", "latitude"} & role_columns.keys()) == 1:
+        role_columns.pop("longitude", None), role_columns.pop("latitude", None)
 
 
 def _scalar_first(places: list[int], names: Mapping[int, str], choice: ColumnChoice) -> list[int]:
@@ -194,12 +196,12 @@ def _factor(role: str, name: str, unit: str, choice: ColumnChoice) -> float:
         return 1.0
     option = {"time": choice.time_unit, "rates": choice.rate_unit, "euler": choice.angle_unit}.get(role, "")
     plain = re.sub(r"\W+", "_", re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name).lower()).strip("_")
-    within = IN_NAMES.get(role, IN_NAMES["angles"]).search(plain)
-    text = option or unit or (within[1] if within else "")
-    spelled = text.partition(" since ")[0]
+    unit_match = IN_NAMES.get(role, IN_NAMES["angles"]).search(plain)
+    text = option or unit or (unit_match[1] if unit_match else "")
+    spelling = text.partition(" since ")[0]
     for pattern, plain_unit in SPELLINGS:
-        spelled = re.sub(pattern, plain_unit, spelled)
-    factor = units.factor(spelled, UNITS[role])
+        spelling = re.sub(pattern, plain_unit, spelling)
+    factor = units.factor(spelling, UNITS[role])
     if factor is None:
         raise DefinitionError(
             f"columns: {display(name)} has the unit {display(text)}; allowed: {units.unit_list(UNITS[role])}"
@@ -211,16 +213,18 @@ def units_of_last_digits(rows: Sequence[Sequence[str]], places: Sequence[int]) -
     """Return a unit of the last digit of the entry with the most digits in each column; NaN for binary files.
 
     Digits are counted from the first that is not 0; among entries with as many, the largest unit counts. A column whose
-    entries are all equal (0.0) is printed like the others: the least unit of all.
+    entries are all equal (0.0) is printed like the others: the digit_units unit of all.
     """
-    least = np.full(len(places), np.nan)
+    digit_units = np.full(len(places), np.nan)
     is_constant = np.zeros(len(places), dtype=bool)
     for i, place in enumerate(places):
         texts = {row[place] for row in rows if place < len(row)}
         is_constant[i] = len(texts) == 1
         matches = [match for match in map(NUMBER.fullmatch, texts) if match]
         entries = [(len((m[1] + m[2]).lstrip("0")), 10.0 ** (int(m[3] or 0) - len(m[2]))) for m in matches]
-        least[i] = max(entries, default=(0, np.nan))[1]
+        digit_units[i] = max(entries, default=(0, np.nan))[1]
     if not is_constant.all() and len(rows):
-        least[is_constant] = np.fmin(least[is_constant], np.nanmin(least[~is_constant], initial=np.inf))
-    return least
+        digit_units[is_constant] = np.fmin(
+            digit_units[is_constant], np.nanmin(digit_units[~is_constant], initial=np.inf)
+        )
+    return digit_units

@@ -98,11 +98,13 @@ def _conventions(judgement) -> list[Finding]:
             text = f"if {reading.text}, the error falls from {before:.3g} to {score * before:.3g}"
             found[reading.word] = Finding(reading.word, text, score)
     best = min((one.score for one in found.values()), default=0.0)
-    alike = [one for one in found.values() if one.score < max(SIMILAR * best, EXACT)]
-    if len(alike) > 1 and _is_steady(judgement.reference.w):
-        words = ", ".join(one.word for one in alike)
-        return [*alike, Finding("ambiguous", f"a spin as steady as this does not tell {words} apart")]
-    return alike[:1]  # in the order of readings: a quaternion with its scalar elsewhere is one of other axes, too
+    equal_readings = [one for one in found.values() if one.score < max(SIMILAR * best, EXACT)]
+    if len(equal_readings) > 1 and _is_steady(judgement.reference.w):
+        words = ", ".join(one.word for one in equal_readings)
+        return [*equal_readings, Finding("ambiguous", f"a spin as steady as this does not tell {words} apart")]
+    return equal_readings[
+        :1
+    ]  # in the order of readings: a quaternion with its scalar elsewhere is one of other axes, too
 
 
 def _is_steady(w: np.ndarray) -> bool:
