@@ -180,6 +180,7 @@ def _continue_step(path, old, new, slots, begin, end):
 
 
 def _continue_roots(path, point, place, begin, end) -> ContinuedRoots:
+    """Return the roots of points continued from one fraction of the path to another, with bounds of its beginning."""
     bounds = path.bounds(begin)[point]
     return continue_roots(path.slopes, path.parameters, point, place, begin, end, bounds[..., 1] - bounds[..., 0])
 

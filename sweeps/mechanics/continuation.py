@@ -58,7 +58,14 @@ def differentiation_matrix(count: int) -> np.ndarray:
 
 
 def values_at(places: np.ndarray, phases: np.ndarray) -> np.ndarray:
-    """Return trigonometric polynomials (..., count), given at equal phases from 0, at any phases: (..., phases)."""
+    """Return trigonometric polynomials at any phases, shape (…, phases), from values at equal phases from 0.
+
+    Exact for an odd number of values only: of an even number the last harmonic would be doubled.
+
+    Args:
+        places: values at the phases 0, 1/count, …, shape (…, count).
+        phases: fractions of the period, shape (phases,).
+    """
     count = places.shape[-1]
     orders = np.arange(count // 2 + 1)
     waves = np.exp(2j * np.pi * np.multiply.outer(orders, phases)) * np.where(orders, 2.0, 1.0)[:, None]
@@ -111,7 +118,7 @@ def is_equilibrium(rates_at, sizes, place) -> np.ndarray:
     """Return True for places at or near equilibria of the system without its drive, shape (points,).
 
     Args:
-        rates_at: as `rates` of :func:`follow`.
+        rates_at: as `rates` of :func:`follow_motions`.
         sizes: of the states, shape (points, n).
         place: shape (points, m).
     """
@@ -127,7 +134,7 @@ def is_equilibrium(rates_at, sizes, place) -> np.ndarray:
     return (shift <= MAX_SHIFT) | (np.abs(mean).max(axis=0) <= MAX_MEAN_FORCE * largest_varying)
 
 
-def follow(variation, rates, period, sizes, curves, branch) -> tuple[list, np.ndarray]:
+def follow_motions(variation, rates, period, sizes, curves, branch) -> tuple[list, np.ndarray]:
     """Follow the motions of points until the drive has its full amplitude.
 
     Args:
@@ -151,11 +158,12 @@ def follow(variation, rates, period, sizes, curves, branch) -> tuple[list, np.nd
         for chunk in np.split(open_points, range(chunk_size, open_points.size, chunk_size)):
 
             def rates_of_part(which, x, phases, chunk=chunk):
+                """Return `rates` for indices of points in the chunk."""
                 return rates(chunk[which], x, phases)
 
             collocation = Collocation(rates_of_part, period[chunk], sizes[chunk], n // m, count)
             start, is_last = curves(chunk, collocation.phases), count == PHASE_COUNTS[-1]
-            y, chunk_status, tail = _follow(collocation, start, branch[chunk])
+            y, chunk_status, tail = _follow_curves(collocation, start, branch[chunk])
             is_resolved = tail <= (MAX_LAST_TAIL if is_last else MAX_JUMP_TAIL if has_jumps else MAX_TAIL)
             is_resolved &= (chunk_status != statuses.NOT_FOUND) & (is_last | has_jumps | ~collocation.is_aliased(start))
             status[chunk[is_resolved]] = chunk_status[is_resolved]
@@ -169,8 +177,8 @@ def follow(variation, rates, period, sizes, curves, branch) -> tuple[list, np.nd
     return states, status
 
 
-def _follow(collocation, start, branch):
-    """Return y at s = 1, statuses as of `follow`, and the largest tail of the harmonics along each curve."""
+def _follow_curves(collocation, start, branch):
+    """Return y at s = 1, statuses as of `follow_motions`, and the largest tail of the harmonics along each curve."""
     points, m, count = start.shape
     each, size = np.arange(points), m * count
     u = np.concatenate([start.reshape(points, size), np.zeros((points, 1))], axis=1)  # (y, s)

@@ -58,6 +58,7 @@ def derive(system: System) -> Equations:
 
 
 def _derive_from_rates(system):
+    """Return the equations of first order of a system with states; refuse missing rates, potentials and forces."""
     missing = [s.name for s in system.states.values() if s.symbol not in system.rates]
     if missing or not system.states:
         problem = f"rate of {missing[0]}: is missing" if missing else "states: there is none"
@@ -72,6 +73,7 @@ def _derive_from_rates(system):
 
 
 def _derive_from_energies(system):
+    """Return the equations a q̈ = f of the coordinates that are not cyclic, from T, V, R and Q (module docstring)."""
     if system.conserved_quantities:
         name = next(iter(system.conserved_quantities))
         raise DescriptionError(
@@ -109,11 +111,12 @@ def reduce_energies(system: System) -> tuple[sp.Matrix, sp.Matrix, sp.Expr]:
     cyclic = [i for i, c in enumerate(system.coordinates.values()) if c.momentum is not None]
     remaining_indices = [i for i in range(len(system.coordinates)) if i not in cyclic]
     if cyclic:
-        a, b, V = _eliminate_cyclic(system, a, b, V, remaining_indices, cyclic)
+        a, b, V = _eliminate_cyclic_coordinates(system, a, b, V, remaining_indices, cyclic)
     return a, b, V
 
 
 def _kinetic_energy(system):
+    """Return T(q, q̇, t): the given terms and ½ m ṙ² of each particle."""
     T = sum(system.kinetic_terms, sp.Integer(0))
     for mass, place in system.particles:
         for position in place:
@@ -124,6 +127,7 @@ def _kinetic_energy(system):
 
 
 def _replace_reciprocals(e):
+    """Rewrite cot, sec, csc, coth, sech and csch in sin, cos, sinh and cosh."""
     for f, g in _RECIPROCALS.items():
         e = e.replace(f, g) if e.has(f) else e
     return e
@@ -194,22 +198,36 @@ def _angle_product(term):
 
 
 def _split_power(factor):
+    """Return the factors of a first or second power, [x] or [x, x]; [factor] for other powers."""
     base, exponent = factor.as_base_exp()
     return [base] * int(exponent) if exponent in (1, 2) else [factor]
 
 
-def _eliminate_cyclic(system, a, b, V, kept_rows, cyclic):
+def _eliminate_cyclic_coordinates(system, a, b, V, remaining, cyclic):
+    """Return a, b and V of the remaining coordinates, without the cyclic coordinates (Routh, module docstring).
+
+    Args:
+        system: the description, with the momenta of its cyclic coordinates.
+        a: kinetic matrix of all coordinates.
+        b: terms linear in the velocities, of all coordinates.
+        V: potential, with -T0.
+        remaining: indices of the remaining coordinates.
+        cyclic: indices of the cyclic coordinates.
+
+    Raises:
+        DescriptionError: if a, b or V contains a cyclic coordinate.
+    """
     coordinates = list(system.coordinates.values())
     for i in cyclic:
         if coordinates[i].symbol in a.free_symbols | b.free_symbols | V.free_symbols:
             name = coordinates[i].name
             raise DescriptionError(f"coordinate {name}: has a momentum, but T or V contains it; allowed: neither does")
     p = sp.Matrix([coordinates[i].momentum for i in cyclic]) - sp.Matrix([b[i] for i in cyclic])
-    a_nn, a_nc, a_cc = a.extract(kept_rows, kept_rows), a.extract(kept_rows, cyclic), a.extract(cyclic, cyclic)
+    a_nn, a_nc, a_cc = a.extract(remaining, remaining), a.extract(remaining, cyclic), a.extract(cyclic, cyclic)
     inverse = a_cc.inv()
-    reduce_energies = (a_nn - a_nc * inverse * a_nc.T).applyfunc(simplify)
-    linear = (sp.Matrix([b[i] for i in kept_rows]) + a_nc * inverse * p).applyfunc(simplify)
-    return reduce_energies, linear, V + simplify((p.T * inverse * p)[0] / 2)
+    reduced_a = (a_nn - a_nc * inverse * a_nc.T).applyfunc(simplify)
+    linear = (sp.Matrix([b[i] for i in remaining]) + a_nc * inverse * p).applyfunc(simplify)
+    return reduced_a, linear, V + simplify((p.T * inverse * p)[0] / 2)
 
 
 def check_positive(system: System, q: tuple, a: sp.Matrix) -> None:
@@ -239,6 +257,7 @@ def _evaluate_matrix(matrix, values):
 
 
 def _check_dissipation(system, R):
+    """Refuse forces along cyclic coordinates, and an R of degree above two in q̇ or negative at random places."""
     if cyclic := [x for x in system.forces if x not in {c.symbol for c in system.kept}]:
         raise DescriptionError(f"force: {cyclic[0]} has a momentum that is kept; allowed: the other coordinates")
     v = [c.velocity for c in system.kept]

@@ -226,7 +226,7 @@ class System:
             None if value is None else self._expression(f"{kind} of {name}", value)
             for kind, value in (("hold", hold), ("momentum", momentum))
         )
-        size = self._size(name, size, self._moving())
+        size = self._size_expression(name, size, self._allowed_symbols())
         velocity = sp.Symbol(f"{name}_dot", real=True)
         self.coordinates[name] = Coordinate(
             name, symbol, unit, ends, size, meaning or name, periodic, hold, velocity=velocity, momentum=momentum
@@ -239,27 +239,27 @@ class System:
 
     def particle(self, mass, position) -> None:
         """Add a mass at a place r(q), Cartesian; r may contain `system.time` (a rotating hoop)."""
-        place = tuple(self._expression("position", component, self._moving()) for component in position)
+        place = tuple(self._expression("position", component, self._allowed_symbols()) for component in position)
         self.particles.append((self._expression("mass", mass), place))
 
     def kinetic_energy(self, T) -> None:
         """Add a kinetic energy to that of the particles."""
-        self.kinetic_terms.append(self._expression("T", T, self._moving(velocities=True)))
+        self.kinetic_terms.append(self._expression("T", T, self._allowed_symbols(velocities=True)))
 
     def potential(self, V) -> None:
         """Add a potential energy; several add up."""
-        self.potential_terms.append(self._expression("V", V, self._moving(), may_jump=True))
+        self.potential_terms.append(self._expression("V", V, self._allowed_symbols(), may_jump=True))
 
     def dissipation(self, R) -> None:
         """Add Rayleigh's function R(q, q̇) ≥ 0, of degree two in q̇: forces -∂R/∂q̇; several add up."""
-        self.dissipation_terms.append(self._expression("R", R, self._moving(velocities=True), may_jump=True))
+        self.dissipation_terms.append(self._expression("R", R, self._allowed_symbols(velocities=True), may_jump=True))
 
     def force(self, coordinate: sp.Symbol, Q) -> None:
         """Add a generalised force Q(q, q̇) along a coordinate, without a potential; several add up."""
         if coordinate not in {c.symbol for c in self.coordinates.values()}:
             allowed = ", ".join(self.coordinates) or "there are none"
             raise DescriptionError(f"force: {coordinate} is no coordinate; allowed: {allowed}")
-        force = self._expression(f"force on {coordinate}", Q, self._moving(velocities=True), may_jump=True)
+        force = self._expression(f"force on {coordinate}", Q, self._allowed_symbols(velocities=True), may_jump=True)
         self.forces[coordinate] = self.forces.get(coordinate, sp.Integer(0)) + force
 
     def state(self, name, unit="1", *, bounds, size=None, positive=False, meaning="") -> sp.Symbol:
@@ -278,7 +278,7 @@ class System:
             raise DescriptionError(f"state {name}: there are {MAX_STATES} already; allowed: no more")
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         low, high = (self._expression(f"bounds of {name}", bound) for bound in bounds)
-        size = self._size(name, (high - low) / 4 if size is None else size)
+        size = self._size_expression(name, (high - low) / 4 if size is None else size)
         self.states[name] = State(name, symbol, unit, (low, high), size, meaning or name)
         return symbol
 
@@ -289,7 +289,7 @@ class System:
             raise DescriptionError(f"rate: {state} is no state; allowed: {allowed}")
         if state in self.rates:
             raise DescriptionError(f"rate of {state}: given twice; allowed: one for each state")
-        self.rates[state] = self._expression(f"rate of {state}", f, self._moving(), may_jump=True)
+        self.rates[state] = self._expression(f"rate of {state}", f, self._allowed_symbols(), may_jump=True)
 
     def conserved(self, expression, name: str) -> None:
         """Add a conserved quantity of equations of first order: `<name>_drift` is measured, its zero mode left out.
@@ -299,7 +299,7 @@ class System:
         self._check_name(name)
         if name in self.conserved_quantities:
             raise DescriptionError(f"conserved {name}: given twice; allowed: names that all differ")
-        self.conserved_quantities[name] = self._expression(f"conserved {name}", expression, self._moving())
+        self.conserved_quantities[name] = self._expression(f"conserved {name}", expression, self._allowed_symbols())
 
     def draw(self, kind: str, points, label: str = "") -> None:
         """Add a part of the moving picture in reports (`PicturePart`), which by default shows masses and rods.
@@ -311,7 +311,9 @@ class System:
         """
         if kind not in ("mass", "body", "line", "face"):
             raise DescriptionError(f"draw: {kind!r} is no part of a picture; allowed: mass, body, line, face")
-        places = tuple(tuple(self._expression("draw", x, self._moving() | {*ATTITUDE}) for x in p) for p in points)
+        places = tuple(
+            tuple(self._expression("draw", x, self._allowed_symbols() | {*ATTITUDE}) for x in p) for p in points
+        )
         self.picture_parts.append(PicturePart(kind, places, label))
 
     def attitude(self, omega, upwards) -> sp.Matrix:
@@ -322,7 +324,7 @@ class System:
             upwards: vector along the body's axes that points upwards at the start.
         """
         self.attitude_equations = tuple(
-            tuple(self._expression("attitude", x, self._moving()) for x in v) for v in (omega, upwards)
+            tuple(self._expression("attitude", x, self._allowed_symbols()) for x in v) for v in (omega, upwards)
         )
         return sp.Matrix(sp.Quaternion(*ATTITUDE).to_rotation_matrix(homogeneous=True))
 
@@ -382,14 +384,15 @@ class System:
         """The coordinates that are not cyclic, in their order."""
         return tuple(c for c in self.coordinates.values() if c.momentum is None)
 
-    def _moving(self, velocities=False) -> set[sp.Symbol]:
+    def _allowed_symbols(self, velocities=False) -> set[sp.Symbol]:
         """Return the symbols that an expression may contain in addition to the parameters."""
         symbols = {
             x for c in self.coordinates.values() for x in ((c.symbol, c.velocity) if velocities else (c.symbol,))
         }
         return symbols | {s.symbol for s in self.states.values()} | {self.time}
 
-    def _size(self, name, size, moving=frozenset()):
+    def _size_expression(self, name, size, moving=frozenset()):
+        """Return a size as a checked expression, None for None; refuse a number that is not positive."""
         size = None if size is None else self._expression(f"size of {name}", size, moving - {self.time})
         if size is not None and size.is_number and not size.is_positive:
             raise DescriptionError(f"size of {name}: {size}; allowed: a finite number > 0, or an expression")
@@ -420,6 +423,7 @@ class System:
         return rewriting(e)
 
     def _check_name(self, name, unit="1"):
+        """Refuse a name that is taken, reserved or no word, and a unit with words that UDUNITS does not have."""
         is_used = name in (*self.parameters, *self.coordinates, *self.states, *RESERVED)
         if not is_word(name) or is_used:
             raise DescriptionError(

@@ -76,4 +76,5 @@ def satellite(moments, roll, pitch, yaw) -> list[tuple]:
 
 
 def _rotate_point(rotation, point) -> tuple:
+    """Return the coordinates of a point after a rotation; unchanged if there is none."""
     return tuple(point) if rotation is None else tuple(rotation * sp.Matrix(point))

@@ -172,6 +172,7 @@ def _cell_bounds(values):
 
 
 def _find_in_chunk(problem, parameters):
+    """Return the `Equilibria` of points: search their bounds, then assign roots to slots (or follow branches)."""
     with np.errstate(all="ignore"):
         search = EquilibriumSearch(problem, parameters)
         places, uncertainty, dimension = search.sorted_places()
@@ -453,7 +454,17 @@ class EquilibriumSearch:
             self._decide_boxes(owner[is_undecided], kind[is_undecided], low[is_undecided], high[is_undecided])
 
     def _search_refined(self, points, bounds, limit, starts):
-        """Search with few narrow boxes allowed, and again with many at points with narrow boxes that are no family."""
+        """Return the records of `search_boxes` for F: undecided narrow boxes are divided further, and poles removed.
+
+        A point's first search ends at FEW_NARROW narrow boxes, in which roundings hide the sign of F. If the root in
+        these is no member of a family, which fills any number of boxes, the search is repeated with MAX_NARROW.
+
+        Args:
+            points: indices of points.
+            bounds: boxes to search, shape (points, 2, n).
+            limit: largest number of boxes of a point's search.
+            starts: boxes to begin with and each point's range of them, of `shared_boxes`; None: the bounds.
+        """
         few_limits, many_limits = ((self.narrowest, limit, n, SHARED_WIDTH, False) for n in (FEW_NARROW, MAX_NARROW))
         records = box_point, kind, boxes = self.search_boxes(self.constants[points], bounds, few_limits, starts)
         narrow_boxes = np.flatnonzero((kind == codes.ROUNDING_LIMITED) | (kind == codes.AT_MIN_WIDTH))
@@ -679,9 +690,11 @@ def _parameter_path(problem, parameters, places):
     defaults = [p.default for p in problem.system.parameters.values()] or [0.0]
 
     def at(share, points=slice(None)):
+        """Return the parameters of points at a fraction of the path from their defaults."""
         return [_interpolate_parameters(d, p[points], share) for d, p in zip(defaults, parameters, strict=True)]
 
     def search(share):
+        """Return the roots of points at a fraction of the path, NaN-padded, and True if they are proved to be all."""
         if share == 1.0:
             return places[..., free], np.ones(size, dtype=bool)  # see `certified`
         search = EquilibriumSearch(problem, at(share) if share else [p[:1] for p in at(share)])
@@ -691,13 +704,16 @@ def _parameter_path(problem, parameters, places):
         )
 
     def slopes(low, high):
+        """Return enclosures of F and its slopes by unknowns and parameters, as `ParameterPath.slopes`."""
         numbers, owner = problem.path_tape.constants([]), np.zeros(len(low), dtype=np.int64)
         return problem.path_tape.slopes(numbers, owner, low, high)
 
     def along(points, share):
+        """Return the parameters of points at fractions of the path as rows, shape (points, parameters)."""
         return np.stack(at(share, points), axis=-1)[:, : len(problem.parameters)]
 
     def bounds(share):
+        """Return the bounds of the unknowns of all points at a fraction of the path, shape (points, n, 2)."""
         return np.broadcast_to(problem.bounds(at(share)), (size, problem.m, 2))[:, free]
 
     return branches.ParameterPath(search, slopes, along, bounds, problem.periodic[free])

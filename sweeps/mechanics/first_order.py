@@ -23,7 +23,7 @@ def graph(equations: Equations, near: bool = True) -> Graph:
         g.rates = tuple(g.build_zero(e) for e in equations.f)
         quantities = zip(equations.system.conserved_quantities.values(), equations.second, strict=True) if near else ()
         g.drift_terms = tuple((SECOND if is_quadratic else FIRST, (g.build(e),)) for e, is_quadratic in quantities)
-        return _with_time(g)
+        return _append_rate_of_time(g)
     return (_multiply_by_inverse if _is_shorter_by_inverse(equations) else _solve_by_order)(equations, near)
 
 
@@ -38,11 +38,13 @@ def _is_shorter_by_inverse(equations):
 
 
 def _solve_by_order(equations, near=True):
+    """Return the graph of a q̈ = f whose accelerations are solved for at each order of the Taylor series."""
     g = Graph(equations, near)
-    return _with_energy(g, g.solve_nodes(equations.a, [g.build_zero(e) for e in equations.forces]))
+    return _set_rates_and_energy(g, g.solve_nodes(equations.a, [g.build_zero(e) for e in equations.forces]))
 
 
 def _multiply_by_inverse(equations, near=True):
+    """Return the graph of a q̈ = f whose accelerations are a⁻¹ f, with a's inverse in symbols."""
     g, m = Graph(equations, near), equations.m
     inverse = equations.a.inv().applyfunc(simplify)
     forces = [g.build_zero(gather_terms(e, equations)) for e in equations.forces]
@@ -50,23 +52,25 @@ def _multiply_by_inverse(equations, near=True):
     for i in range(m):
         pairs = [(g.build(e), force) for e, force in zip(inverse.row(i), forces, strict=True) if e != 0]
         rates.append(g.sum([g.product(*pair) for pair in pairs]))
-    return _with_energy(g, rates)
+    return _set_rates_and_energy(g, rates)
 
 
-def _with_time(g):
+def _append_rate_of_time(g):
+    """Return the graph after appending the rate 1 of the time, a state far from equilibria."""
     if not g.near:
         g.rates = (*g.rates, g.build(1))
     return g
 
 
-def _with_energy(g, accelerations):
+def _set_rates_and_energy(g, accelerations):
+    """Set the graph's rates to (q̇, accelerations) and its conserved energy ½ a q̇q̇ + V; return the graph."""
     equations = g.equations
     g.rates = (*(g.build(x) for x in equations.v), *accelerations)
     if equations.conservative and g.near:
         v = sp.Matrix(equations.v)
         terms = tuple(map(g.build, ((v.T * equations.a * v)[0] / 2, *sp.Add.make_args(expand_short(equations.V)))))
         g.drift_terms = tuple((kind, terms) for kind in (SECOND, ABSOLUTE)[: 1 + equations.natural])
-    return _with_time(g)
+    return _append_rate_of_time(g)
 
 
 def gather_terms(e: sp.Expr, equations: Equations) -> sp.Expr:

@@ -77,7 +77,7 @@ class Graph:
         self.drift_terms: tuple[tuple[int, tuple[int, ...]], ...] = ()
         self._numbers: dict[Node, int] = {}
         self._expressions: dict[sp.Expr, int] = {}
-        self._moving, quantities = {*self.states}, equations.system.conserved_quantities.values()
+        self._state_symbols, quantities = {*self.states}, equations.system.conserved_quantities.values()
         all_terms = sp.Tuple(*equations.f, equations.V, *quantities)
         self._roots = {p.base for p in all_terms.atoms(sp.Pow) if p.exp.is_Rational and p.exp.q == 2 and p.exp < 0}
         self._turns = {e.args[0] for e in all_terms.atoms(sp.sin, sp.cos)}
@@ -96,16 +96,19 @@ class Graph:
             return float(function.exp)
         return 0.0 if function.has(sp.exp, sp.sinh, sp.cosh, sp.tanh) else None
 
-    def moves(self, number: int) -> bool:
-        """Return True if a node depends on the state."""
+    def depends_on_states(self, number: int) -> bool:
+        """Return True if a node depends on the states (or, far from equilibria, on the time)."""
         return self.nodes[number].kind != CONSTANT
 
-    def behind(self, roots, slopes: bool = True) -> list[int]:
-        """Return the non-constant nodes among roots and their dependencies; without `slopes` of one order."""
+    def dependencies(self, roots, slopes: bool = True) -> list[int]:
+        """Return in ascending order the nodes on which `roots` depend, with these, except constants.
+
+        With `slopes` also those on which the slopes f′ of functions depend, which orders above 0 need.
+        """
         nodes, stack = set(), list(roots)
         while stack:
             number = stack.pop()
-            if number not in nodes and self.moves(number):
+            if number not in nodes and self.depends_on_states(number):
                 nodes.add(number)
                 node = self.nodes[number]
                 stack += node.parts if node.kind != X else ()
@@ -118,24 +121,25 @@ class Graph:
         """Return the node of an expression in states and parameters."""
         expression = sp.sympify(expression)
         if expression not in self._expressions:
-            self._expressions[expression] = self._build(expression)
+            self._expressions[expression] = self._build_node(expression)
         return self._expressions[expression]
 
-    def _build(self, e):
-        if not e.free_symbols & self._moving:
+    def _build_node(self, e):
+        """Return the node of an expression that has none yet; refuse functions without a recurrence."""
+        if not e.free_symbols & self._state_symbols:
             return self.add(Node(CONSTANT, (), (e,), e == 0))
         if e.is_Symbol:
             return self.add(Node(X, (self.states.index(e),), (), self.near and e in self.equations.still))
         if e.is_Add:
-            return self._sum(e)
+            return self._build_sum(e)
         if e.is_Mul:
-            return self._product(e)
+            return self._build_product(e)
         if e.is_Pow:
-            return self._power(*e.as_base_exp()) if e.base != sp.E else self._function(e, e.exp)
+            return self._build_power(*e.as_base_exp()) if e.base != sp.E else self._build_function(e, e.exp)
         if e.func is sp.cosh and not self.near:  # beside sinh, a rounding where it is large would grow on its way back
             return self.build((sp.exp(e.args[0]) + sp.exp(-e.args[0])) / 2)
         if e.is_Function and len(e.args) == 1:
-            return self._function(e, e.args[0])
+            return self._build_function(e, e.args[0])
         raise DescriptionError(
             f"{type(e).__name__}: {e} cannot be integrated; allowed: +, ×, /, powers and {_ALLOWED_FUNCTIONS}"
         )
@@ -143,7 +147,7 @@ class Graph:
     def sum(self, numbers, weights=None, zero=False) -> int:
         """Return the node of Σ `weights` `numbers`; with `zero` its value at the equilibrium vanishes."""
         weights = tuple(weights) if weights else (1.0,) * len(numbers)
-        if not any(map(self.moves, numbers)):
+        if not any(map(self.depends_on_states, numbers)):
             terms = (w * self.nodes[k].weights[0] for k, w in zip(numbers, weights, strict=True))
             return self.build(sum(terms))
         is_zero = all(self.nodes[k].zero for k in numbers)
@@ -153,17 +157,17 @@ class Graph:
 
     def product(self, first: int, second: int) -> int:
         """Return the node of the product of two nodes."""
-        if not (self.moves(first) or self.moves(second)):
+        if not (self.depends_on_states(first) or self.depends_on_states(second)):
             return self.build(self.nodes[first].weights[0] * self.nodes[second].weights[0])
         zero = self.nodes[first].zero or self.nodes[second].zero
         for factor, cofactor in ((first, second), (second, first)):
-            if not self.moves(factor) and self.nodes[factor].weights[0].is_number:
+            if not self.depends_on_states(factor) and self.nodes[factor].weights[0].is_number:
                 return self.sum((cofactor,), (float(self.nodes[factor].weights[0]),), zero)
         return self.add(Node(MUL, tuple(sorted((first, second))), (), zero))
 
     def quotient(self, first: int, second: int) -> int:
         """Return the node of the quotient of two nodes."""
-        if not self.moves(second):
+        if not self.depends_on_states(second):
             return self.product(first, self.build(1 / self.nodes[second].weights[0]))
         return self.add(Node(DIV, (first, second), (), self.nodes[first].zero))
 
@@ -193,27 +197,29 @@ class Graph:
         number = self.build(expression)
         return self.sum((number,), zero=True) if self.near else number
 
-    def _sum(self, e):
-        shared = _factor_out(e, self._moving)
+    def _build_sum(self, e):
+        """Return the node of a sum: common states factored out, terms that differ by a number joined."""
+        shared = _factor_out(e, self._state_symbols)
         if shared is not e:
             return self.build(shared)
         factors = {}
         for term in e.args:
-            factor, moving_term = term.as_independent(*self._moving, as_Add=False)
+            factor, moving_term = term.as_independent(*self._state_symbols, as_Add=False)
             factors[moving_term] = factors.get(moving_term, 0) + factor
         weighted_terms = [(factor * moving_term).as_coeff_Mul() for moving_term, factor in factors.items()]
         weights = [float(weight) for weight, _ in weighted_terms]
         return self.sum([self.build(term) for _, term in weighted_terms], weights)
 
-    def _product(self, e):
+    def _build_product(self, e):
+        """Return the node of a product: factors with negative whole powers divide, the longest factors first."""
         tangents = {sp.tan(u): sp.sin(u) / sp.cos(u) for u in self._turns}
         factors = [subfactor for f in e.args for subfactor in sp.Mul.make_args(tangents.get(f, f))]
-        constants = [f for f in factors if not f.free_symbols & self._moving]
-        moving_factors = [f for f in factors if f.free_symbols & self._moving]
+        constants = [f for f in factors if not f.free_symbols & self._state_symbols]
+        moving_factors = [f for f in factors if f.free_symbols & self._state_symbols]
         above, below = [], []
         for factor in sorted(moving_factors, key=lambda f: (-f.count_ops(), str(f))):
             base, exponent = factor.as_base_exp()
-            divides = exponent.is_Integer and exponent < 0 and self._root(base) is None
+            divides = exponent.is_Integer and exponent < 0 and self._inverse_root(base) is None
             (below if divides else above).append(1 / factor if divides else factor)
         result = self.build(above[0]) if above else self.build(sp.Integer(1))
         for factor in below:
@@ -222,52 +228,56 @@ class Graph:
             result = self.product(result, self.build(factor))
         return self.product(self.build(sp.Mul(*constants)), result) if constants else result
 
-    def _root(self, base):
+    def _inverse_root(self, base):
         """Return (B, sign) if a base is ±B and B^(-1/2) occurs; else None."""
-        for root in self._roots if base.free_symbols & self._moving else ():
+        for root in self._roots if base.free_symbols & self._state_symbols else ():
             for sign in (1, -1):
                 if sp.expand(root - sign * base) == 0:
                     return root, sign
         return None
 
-    def _power(self, base, exponent):
-        root = self._root(base) if exponent.is_Rational and (exponent.q == 2 or exponent < 0) else None
+    def _build_power(self, base, exponent):
+        """Return the node of base^exponent; a product of d = B^(-1/2) if the base is ±B and d occurs."""
+        root = self._inverse_root(base) if exponent.is_Rational and (exponent.q == 2 or exponent < 0) else None
         if root is None or exponent.q > 2 or abs(exponent) > MAX_PRODUCT_POWER:
-            return self._plain_power(base, exponent)
+            return self._build_plain_power(base, exponent)
         (B, sign), is_whole = root, exponent.q == 1
         e = B ** sp.Rational(-1, 2)
-        d = self._expressions[e] if e in self._expressions else self._function(e, B)
+        d = self._expressions[e] if e in self._expressions else self._build_function(e, B)
         if exponent == e.exp:
             return d
         if exponent > 0:
-            return self.product(d, self._power_by_squaring(self.build(B), int(exponent + sp.Rational(1, 2))))
-        power = self._power_by_squaring(self.product(d, d), int(-exponent))
+            return self.product(d, self._build_power_by_squaring(self.build(B), int(exponent + sp.Rational(1, 2))))
+        power = self._build_power_by_squaring(self.product(d, d), int(-exponent))
         if is_whole:
             return power if sign ** int(exponent) == 1 else self.sum((power,), (-1.0,))
         return self.product(d, power)
 
-    def _plain_power(self, base, exponent):
+    def _build_plain_power(self, base, exponent):
+        """Return the node of base^exponent: products of the base for small whole exponents, else a FUNCTION node."""
         if exponent.is_Integer and abs(exponent) <= MAX_PRODUCT_POWER:
             if exponent < 0:
-                return self.quotient(self.build(sp.Integer(1)), self._power(base, -exponent))
+                return self.quotient(self.build(sp.Integer(1)), self._build_power(base, -exponent))
             half = self.build(base) if exponent == 1 else self.build(base ** (exponent // 2))
             if exponent == 1:
                 return half
             square = self.product(half, half)
             return square if exponent % 2 == 0 else self.product(square, self.build(base))
-        if exponent.free_symbols & self._moving:
+        if exponent.free_symbols & self._state_symbols:
             fault = f"{base**exponent} has a coordinate in its exponent"
             raise DescriptionError(f"power: {fault}; allowed: exp(…) in its place")
-        return self._function(base**exponent, base)
+        return self._build_function(base**exponent, base)
 
-    def _power_by_squaring(self, number, exponent):
+    def _build_power_by_squaring(self, number, exponent):
+        """Return the node of a node's whole power, by repeated squaring."""
         if exponent == 1:
             return number
-        half = self._power_by_squaring(number, exponent // 2)
+        half = self._build_power_by_squaring(number, exponent // 2)
         square = self.product(half, half)
         return self.product(square, number) if exponent % 2 else square
 
-    def _function(self, e, argument):
+    def _build_function(self, e, argument):
+        """Return the FUNCTION node of f(argument), f the function of `e`, and add the node of its slope f′."""
         u = sp.Dummy("u", positive=True)
         f = (u**e.exp) if e.is_Pow and e.base != sp.E else e.func(u) if not e.is_Pow else sp.exp(u)
         inner = self.build(argument)
@@ -275,10 +285,19 @@ class Graph:
         self._expressions[e] = number
         if number not in self.slopes:
             self.slopes[number] = -1
-            self.slopes[number] = self._slope(e, sp.Lambda(u, f), argument, number, inner)
+            self.slopes[number] = self._build_slope(e, sp.Lambda(u, f), argument, number, inner)
         return number
 
-    def _slope(self, e, of_u, argument, number, inner):
+    def _build_slope(self, e, of_u, argument, number, inner):
+        """Return the node of f′(u), written with the node of f where that is shorter.
+
+        Args:
+            e: the expression f(argument).
+            of_u: f as a `sympy.Lambda`.
+            argument: the expression u.
+            number: node of f.
+            inner: node of u.
+        """
         if e.is_Pow and e.base in self._roots:
             return self.product(self.build(sp.Rational(-1, 2)), self.product(number, self.product(number, number)))
         if e.is_Pow and e.base != sp.E:
@@ -335,6 +354,7 @@ def compile_expression(arguments, expressions, broadcast=True):
     function = sp.lambdify(arguments, list(expressions), modules=MODULES, cse=True)
 
     def evaluate(*arrays):
+        """Return the values of the expressions; refuse functions that neither NumPy nor SciPy has."""
         with np.errstate(all="ignore"):
             try:
                 values = [np.real_if_close(v) if np.iscomplexobj(v) else np.asarray(v) for v in function(*arrays)]
@@ -362,8 +382,8 @@ class Values:
         constants = [node.weights[0] if node.kind == CONSTANT else sp.Integer(0) for node in graph.nodes]
         self._constants = compile_expression(self._parameters, constants, broadcast=False)
         self._functions, self._second = {}, {}
-        self._behind = graph.behind(graph.slopes, slopes=False)
-        self._base_nodes = graph.behind(range(len(graph.nodes)) if graph.near else graph.slopes)
+        self._function_dependencies = graph.dependencies(graph.slopes, slopes=False)
+        self._base_nodes = graph.dependencies(range(len(graph.nodes)) if graph.near else graph.slopes)
         nodes, weights = special.roots_jacobi(nodes, 1, 0)  # for the weight 1 − s
         self._quadrature = 0.5 * (nodes + 1.0), 0.25 * weights
         for number in graph.slopes:
@@ -401,7 +421,7 @@ class Values:
             x: deviations of the states over epsilon, (states, points).
         """
         hat, remainders = [np.zeros_like(x[0])] * len(self.graph.nodes), {}
-        for number in self._behind:
+        for number in self._function_dependencies:
             node = self.graph.nodes[number]
             if node.kind == X:
                 hat[number] = x[node.parts[0]]

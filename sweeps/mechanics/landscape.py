@@ -159,18 +159,18 @@ class Landscape:
 
     def bounds(self, parameters):
         """Return (low, high) of each coordinate or state, shape (points, m, 2)."""
-        return self._evaluate(self._bounds, (self.m, 2), parameters)
+        return self._evaluate_table(self._bounds, (self.m, 2), parameters)
 
     def holds(self, parameters):
         """Return the values of fixed coordinates, shape (points, m)."""
-        return self._evaluate(self._holds, (self.m,), parameters)
+        return self._evaluate_table(self._holds, (self.m,), parameters)
 
     def labels(self, parameters):
         """Return the places that the description names, shape (points, labels, m).
 
         A place with a coordinate that is not real (the root of a negative number) is NaN.
         """
-        places = self._evaluate(self._labels, (-1, self.m), parameters)
+        places = self._evaluate_table(self._labels, (-1, self.m), parameters)
         return np.where((np.isnan(places) & self.is_given).any(axis=-1, keepdims=True), np.nan, places)
 
     def is_never_zero(self, parameters, name):
@@ -179,7 +179,7 @@ class Landscape:
         Coordinates without a real value in the name may have any value within the bounds: boxes over these are bisected
         until all are excluded by an enclosure of F or by its mean value form.
         """
-        place = self._evaluate(self._labels, (-1, self.m), parameters)[:, name]
+        place = self._evaluate_table(self._labels, (-1, self.m), parameters)[:, name]
         is_given = (self.is_given[name] & np.isfinite(place))[..., None]
         boxes = np.where(is_given, place[..., None], self.bounds(parameters))
         owner, full_width, is_possible = np.arange(len(place)), np.ptp(boxes, axis=-1), np.zeros(len(place), dtype=bool)
@@ -223,15 +223,15 @@ class Landscape:
 
     def slopes(self, parameters, x):
         """Return the derivatives of forces or rates by all states and their terms' absolute values: (points, m, n)."""
-        return tuple(self._evaluate(f, (self.m, self.n), parameters, x) for f in (self._slopes, self._terms))
+        return tuple(self._evaluate_table(f, (self.m, self.n), parameters, x) for f in (self._slopes, self._terms))
 
     def a(self, parameters, x):
         """Return the kinetic matrix of coordinates, shape (points, m, m)."""
-        return self._evaluate(self._a, (self.m, self.m), parameters, x)
+        return self._evaluate_table(self._a, (self.m, self.m), parameters, x)
 
     def gradients(self, parameters, x):
         """Return the derivatives of the conserved quantities and their terms' absolute values: (points, q, n)."""
-        return [self._evaluate(f, (-1, self.n), parameters, x) for f in self._gradients]
+        return [self._evaluate_table(f, (-1, self.n), parameters, x) for f in self._gradients]
 
     def conserved_slopes(self, parameters, x, sizes):
         """Return the change of conserved quantities over each state's size, and of second order over all sizes.
@@ -251,18 +251,19 @@ class Landscape:
 
     def curvatures(self, parameters, x):
         """Return the second derivatives of the conserved quantities, and their terms' absolute values: (…, n, n)."""
-        return self._evaluate(self._curvatures, (-1, self.n, self.n), parameters, x), self.bends(parameters, x)
+        return self._evaluate_table(self._curvatures, (-1, self.n, self.n), parameters, x), self.bends(parameters, x)
 
     def bends(self, parameters, x):
         """Return the absolute values of the terms of `curvatures`."""
-        return self._evaluate(self._bends, (-1, self.n, self.n), parameters, x)
+        return self._evaluate_table(self._bends, (-1, self.n, self.n), parameters, x)
 
     def sizes(self, parameters, x):
         """Return the described sizes of coordinates or states, shape (points, m); NaN if not described."""
-        return self._evaluate(self._sizes, (self.m,), parameters, x)
+        return self._evaluate_table(self._sizes, (self.m,), parameters, x)
 
     @staticmethod
-    def _evaluate(function, shape, parameters, x=()):
+    def _evaluate_table(function, shape, parameters, x=()):
+        """Return the values of a compiled function as an array (points, *shape); an entry -1 of `shape` is inferred."""
         values, points = function(*parameters, *x), parameters[0].size
         table, count = np.empty((points, len(values))), len(values) // int(np.prod([abs(k) for k in shape]))
         for k, value in enumerate(values):
@@ -294,16 +295,17 @@ def magnitude(e: sp.Expr) -> sp.Expr:
     """
     memo: dict = {}
 
-    def of(e):
+    def sum_of_magnitudes(e):
+        """Return the sum of absolute terms of a part of the expression, computed once."""
         if e not in memo:
             if e.is_Add:
-                memo[e] = sp.Add(*map(of, e.args))
+                memo[e] = sp.Add(*map(sum_of_magnitudes, e.args))
             elif e.is_Mul:
-                memo[e] = sp.Mul(*map(of, e.args))
+                memo[e] = sp.Mul(*map(sum_of_magnitudes, e.args))
             elif e.is_Pow and e.exp.is_Integer and e.exp.is_positive:
-                memo[e] = of(e.base) ** e.exp
+                memo[e] = sum_of_magnitudes(e.base) ** e.exp
             else:
                 memo[e] = sp.Abs(e)
         return memo[e]
 
-    return of(e)
+    return sum_of_magnitudes(e)

@@ -198,12 +198,13 @@ class Model:
 
     def proofs(self, parameters: list[np.ndarray]) -> tuple[str, ...]:
         """Return a line for each symmetry that is proved and used at some of the points, with how many they are."""
-        uses = self._of_equilibria if self.system.given_period is None else self._of_a_period
+        uses = self._symmetries_of_equilibria if self.system.given_period is None else self._symmetries_of_periods
         of = "{} (at {:,} of {:,} looked at)"
         pairs = ((words, holds.sum(), holds.size) for words, holds in uses(parameters))
         return tuple(words if count == all_ else of.format(words, count, all_) for words, count, all_ in pairs if count)
 
-    def _of_equilibria(self, parameters):
+    def _symmetries_of_equilibria(self, parameters):
+        """Yield (sentence, True for equilibria with a proof) for each symmetry of a system without a period."""
         from sweeps.mechanics import relative
 
         always = np.ones(1, dtype=bool)
@@ -225,7 +226,8 @@ class Model:
             note = f"; {zeros} of {self.equations.n} eigenvalues, which are zero, are left out" if zeros else ""
             yield f"conserved: {', '.join(self.quantities)}, whose drift is watched{note}", always
 
-    def _of_a_period(self, parameters):
+    def _symmetries_of_periods(self, parameters):
+        """Yield (sentence, True for points with a proof) for each symmetry of a system with a period."""
         variation, parameters = self.variation, self.with_switches(parameters)
         linear, odd = (np.array([flags]) for flags in (self.perturbed_code(True).linear, variation.is_odd))
         yield "linear about an equilibrium at all times: followed with one size and from one side", linear

@@ -171,7 +171,10 @@ def _finite_curvature(landscape, parameters, place, distance):
 
 
 def is_too_wide(landscape, parameters, place, terms, perturbation):
-    """Return True for perturbations that leave the bounds, or within which V″ grows beyond MAX_WIDE_GROWTH.
+    """Return True for perturbations with which V″ is not that of the equilibrium, shape (points,).
+
+    These are wider than the bounds of a coordinate that is not periodic, or V″ within them may be larger than
+    MAX_WIDE_GROWTH times its terms, or has a pole.
 
     Args:
         landscape: F and its slopes.

@@ -29,7 +29,7 @@ OK, NOT_CONVERGED, NON_FINITE, TOO_MANY_STEPS, STIFF = range(len(STATUSES))
 MIN_REDUCTION, MAX_ROUNDING = 0.25, 1e-7  # changes below the latter that a halving reduces less than this are rounding
 
 
-def follow(code: Moving, parameters, start, times, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+def integrate_in_steps(code: Moving, parameters, start, times, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the states at times, shape (runs, times, states), and the status of each run.
 
     States are NaN after the end of a motion. The status is TOO_MANY_STEPS, or STIFF if the steps are much shorter than
@@ -81,7 +81,7 @@ def solve(
     """Return states at times and their errors, shape (runs, times, states), and the status of each run.
 
     Args:
-        code: as of :func:`follow`, as are `parameters`, `start` and `times`.
+        code: as of :func:`integrate_in_steps`, as are `parameters`, `start` and `times`.
         parameters: as there.
         start: as there.
         times: as there.
@@ -97,25 +97,27 @@ def solve(
     shifted_start = start * (1.0 + 2.0 * signs * EPSILON) + signs * uncertainty
     end_times = times + STATE_ROUNDING * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.depends_on_time
 
-    def integrate(runs, begin, at, halvings):
+    def integrate_runs(runs, begin, at, halvings):
+        """Return states of `runs` at times `at` with steps halved so many times; add to the runs' `status`."""
         finer = FIRST_TERM_SHARE * tolerance / 2.0 ** (code.order * halvings)
-        states_at, outcome = follow(code, [p[runs] for p in parameters], begin[runs], at[runs], finer)
+        states_at, outcome = integrate_in_steps(code, [p[runs] for p in parameters], begin[runs], at[runs], finer)
         status[runs] = np.maximum(status[runs], outcome)
         return states_at
 
-    def largest(runs):
+    def largest_relative_change(runs):
+        """Return the largest `difference` of any state at the end of `runs`, relative to its largest size."""
         size = np.abs(states[runs]).max(axis=1)
         size = size if min_size is None else np.maximum(size, min_size[runs])
         return np.where(difference[runs, -1] == 0.0, 0.0, difference[runs, -1] / size).max(axis=1)
 
     open_runs = np.arange(len(start))
     with np.errstate(all="ignore"):
-        coarse = integrate(open_runs, start, times, 0)
+        coarse = integrate_runs(open_runs, start, times, 0)
         coarse, open_runs = coarse[status == OK], open_runs[status == OK]
         for halvings in range(1, MAX_HALVINGS + 1) if open_runs.size else ():
-            states[open_runs] = integrate(open_runs, start, times, halvings)
+            states[open_runs] = integrate_runs(open_runs, start, times, halvings)
             difference[open_runs] = np.maximum.accumulate(np.abs(states[open_runs] - coarse), axis=1)
-            change[open_runs] = largest(open_runs)
+            change[open_runs] = largest_relative_change(open_runs)
             is_open = (
                 (change > tolerance)
                 & ~((change > MIN_REDUCTION * last) & (change < MAX_ROUNDING))
@@ -123,9 +125,9 @@ def solve(
             )
             is_open = is_open[open_runs] if halvings < MAX_HALVINGS else np.zeros(open_runs.size, bool)
             new_runs, last = open_runs[~is_open], change.copy()
-            shifted_states = integrate(new_runs, shifted_start, end_times, halvings)
+            shifted_states = integrate_runs(new_runs, shifted_start, end_times, halvings)
             difference[new_runs] += np.maximum.accumulate(np.abs(shifted_states - states[new_runs]), axis=1)
-            change[new_runs] = largest(new_runs)
+            change[new_runs] = largest_relative_change(new_runs)
             open_runs, coarse = open_runs[is_open], states[open_runs[is_open]]
             if not open_runs.size:
                 break

@@ -42,7 +42,7 @@ def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     first_rows, row_index = runs_of([*parameters, slot])
     values = [p[first_rows] for p in parameters]
     columns = model.place_columns(values, slot[first_rows])
-    columns |= _linear(model.landscape, values, columns["place"], columns["place_uncertainty"])
+    columns |= _linear_theory(model.landscape, values, columns["place"], columns["place_uncertainty"])
     columns_of_points = {name: array[row_index] for name, array in columns.items()}
     mode = np.asarray(points["mode"]) - 1
     squares, uncertain = (
@@ -52,7 +52,19 @@ def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     return columns_of_points | {"omega_squared": squares, "uncertain": uncertain, "parameters": parameters}
 
 
-def _linear(landscape, parameters, place, uncertainty):
+def _linear_theory(landscape, parameters, place, uncertainty):
+    """Return the linear theory of points: a dictionary of arrays, NaN if there is no equilibrium.
+
+    Returns:
+        `squares` (ω², s-2, (points, m)), `modes`, `a`, `scale`, `sizes`, `terms` and `uncertain` as of :func:`theory`,
+        `twice` (True if runs from both sides are needed) and `positive` (True if a is positive definite).
+
+    Args:
+        landscape: F and its slopes.
+        parameters: one array (points,) for each.
+        place: equilibria, shape (points, m).
+        uncertainty: half-width of the region that rounding leaves for them, shape (points, m).
+    """
     q, is_missing, m = list(place.T), np.isnan(place).any(axis=1), place.shape[1]
     with np.errstate(all="ignore"):
         slopes, terms = landscape.slopes(parameters, q)
@@ -139,7 +151,7 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
                 chunk[is_perturbed],
                 {name: values[is_perturbed] for name, values in perturbation.items()},
             )
-        raw[chunk] = _run(model, points, theory, chunk, perturbation, sampling)
+        raw[chunk] = _integrate_runs(model, points, theory, chunk, perturbation, sampling)
         status[chunk] = kernel.row_status(raw[chunk], intervals, tolerance, spacing)
     too_wide = (status == statuses.OK) & kernel.is_too_wide(raw, theory["scale"], spacing)
     raw[too_wide], status[too_wide] = np.nan, statuses.PERTURBATION_TOO_LARGE
@@ -177,7 +189,17 @@ def _perturbation(points, theory, rows, direction):
     return {"along": along, "projection": projection, "start": np.abs(share), "reach": reach, "allowed": allowed}
 
 
-def _run(model, points, theory, rows, perturbation, sampling):
+def _integrate_runs(model, points, theory, rows, perturbation, sampling):
+    """Return the raw measurements of runs, shape (rows, len(kernel.RAW)).
+
+    Args:
+        model: of a natural system.
+        points: as of :func:`theory`.
+        theory: its result, and `twice` of :func:`_linear_theory`.
+        rows: indices of the points.
+        perturbation: result of :func:`_perturbation` for these.
+        sampling: length and samples of a run.
+    """
     parameters = [p[rows] for p in theory["parameters"]]
     epsilon = np.asarray(points["epsilon"], dtype=np.float64)[rows]
     phase = np.asarray(points["phase"], dtype=np.float64)[rows]
@@ -249,6 +271,7 @@ def _at_amplitude(model, points, theory, regime):
 
 
 def _columns(model, points, theory, results):
+    """Return the columns of `survey`, from the dictionaries of :func:`theory` and :func:`measure_points`."""
     raw, S = results["raw"], theory["scale"]
     reduced = raw[:, kernel.RAW.reduced]
     epsilon, phase = (np.asarray(points[name], dtype=np.float64) for name in ("epsilon", "phase"))

@@ -142,6 +142,7 @@ class Variation:
         return period, has_pairs, is_even
 
     def _lambdify(self, expressions):
+        """Return a NumPy function of parameters, states and the phase that returns each expression, not broadcast."""
         return compile_expression(
             (*self.equations.parameters, *self.equations.states, self._phase), expressions, broadcast=False
         )
@@ -397,7 +398,7 @@ class BaseMotions:
                 return self.mean_rates(which[numbers], x, phases)
 
             variation, named_curves = self.model.variation, self._named_curves(which, rates)
-            curves, self.status[which] = continuation.follow(
+            curves, self.status[which] = continuation.follow_motions(
                 variation, rates, period, sizes, named_curves, self.branch[which]
             )
             for point, curve in zip(which, curves, strict=True):
@@ -446,6 +447,7 @@ class BaseMotions:
         is_moving = ~continuation.is_equilibrium(rates, self.sizes[which], places)
 
         def curves(numbers, phases):
+            """Return y_0 of points at phases, shape (points, coordinates or states, phases), relative to the sizes."""
             y, rows = (np.repeat(places[numbers, :, None], phases.size, axis=2), np.flatnonzero(is_moving[numbers]))
             ids = which[numbers[rows]]
             if ids.size:

@@ -24,6 +24,7 @@ Source: as for :mod:`sweeps.mechanics.taylor`; derived here.
 
 import re
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import sympy as sp
@@ -70,9 +71,16 @@ class PerturbedCode(Series):
     Kinds of terms: H deviation û, F = U + εû, T = F + U.
     """
 
-    nodes = (
-        3  #: quadrature nodes of remainders: their error is 1e-11 for ε û = 0.1, far less than the amplitude's effect
-    )
+    #: quadrature nodes of remainders: their error is 1e-11 for ε û = 0.1, far less than the amplitude's effect
+    nodes = 3
+    #: kinds of terms in addition to the base motion's; k is n H, r is 1/F
+    term_methods: ClassVar[dict[str, str]] = Series.term_methods | {
+        "H": "_deviation_text",
+        "F": "_perturbed_text",
+        "T": "_perturbed_plus_base_text",
+        "k": "_multiple_of_deviation_text",
+        "r": "_reciprocal_of_perturbed_text",
+    }
 
     def __init__(self, graph: Graph, still: bool):
         super().__init__(graph, still)
@@ -137,25 +145,29 @@ class PerturbedCode(Series):
 
     # -- terms of the series: local names, None for terms that vanish
 
-    def _F(self, number, n):
+    def _perturbed_text(self, number, n):
+        """Return the text of U_n + ε û_n of a node, a term of the perturbed motion; set `linear` False if ε occurs."""
         base, hat = self._term_name("B", number, n), self._term_name("H", number, n)
         if hat is None:
             return base
         self.linear = False
         return sum_text([*([base] if base else []), f"epsilon * {hat}"])
 
-    def _T(self, number, n):
+    def _perturbed_plus_base_text(self, number, n):
+        """Return the text of 2 U_n + ε û_n of a node, which a square's deviation needs; None if it vanishes."""
         return sum_text([x for x in (self._term_name("F", number, n), self._term_name("B", number, n)) if x]) or None
 
-    def _k(self, number, n):
-        """Return n times the deviation's term."""
+    def _multiple_of_deviation_text(self, number, n):
+        """Return the text of n û_n of a node; None if it vanishes."""
         hat = self._term_name("H", number, n)
         return hat and f"{n}.0 * {hat}"
 
-    def _r(self, number, n):
+    def _reciprocal_of_perturbed_text(self, number, n):
+        """Return the text of 1 over U_n + ε û_n of a node."""
         return f"1.0 / {self._term_name('F', number, n)}"
 
-    def _H(self, number, n):
+    def _deviation_text(self, number, n):
+        """Return the text of the deviation's n-th term û_n of a node (module docstring); None if it vanishes."""
         node = self.graph.nodes[number]
         if not self._has_deviation(number):
             return None
@@ -201,6 +213,11 @@ class PerturbedCode(Series):
     # -- the module
 
     def _module_text(self):
+        """Return the source of the module, with the function `advance`, and set `scratch`.
+
+        Write all terms of the states and of the functions on which these depend; sum them at the end of a step, with
+        their truncation. Terms of the base motion that perturbed motions read are stored in rows in between.
+        """
         step = f"h = {self._row_text('h', 0)}"
         states = [self.graph.build(x) for x in self.graph.states]
         sums = [(kind, i, number, "X" if kind == "B" else "x") for i, number in enumerate(states) for kind in "BH"]

@@ -282,7 +282,7 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
     size = min(MAX_CHUNK_POINTS, W * max(1, CHUNK_BYTES // block))
     for start in range(0, rows.size, size):
         chunk = rows[start : start + size]
-        raw[chunk] = _run(model, points, theory, chunk, runs, sampling)
+        raw[chunk] = _integrate_runs(model, points, theory, chunk, runs, sampling)
         status[chunk] = kernel.row_status(raw[chunk], quantities, model.n, intervals, tolerance, runs, spacing)
     is_too_wide = kernel.is_too_wide(raw, quantities, model.n, theory["scale"], theory["has_pairs"])
     is_too_wide &= status == statuses.OK
@@ -292,7 +292,17 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
     return {"raw": raw, "status": status, "spacing": spacing}
 
 
-def _run(model, points, theory, chunk, runs, sampling):
+def _integrate_runs(model, points, theory, chunk, runs, sampling):
+    """Return the raw measurements of runs, shape (points of the chunk, columns of `kernels.flow.flows`).
+
+    Args:
+        model: the system.
+        points: as of :func:`measure_points`.
+        theory: of :func:`theory`; its parameters, place, sizes, basis and scale are used.
+        chunk: indices of the points.
+        runs: number of directions of the perturbation.
+        sampling: length and samples of a run.
+    """
     from kernels.flow import flows as kernel
     from kernels.flow.runs import SIZES, Runs
 

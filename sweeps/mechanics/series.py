@@ -15,6 +15,7 @@ Source: as for :mod:`sweeps.mechanics.taylor`.
 import math
 import re
 from functools import reduce
+from typing import ClassVar
 
 import numpy as np
 
@@ -38,6 +39,13 @@ class Series(Generated):
     The last state of the graph is the time. Rows of the scratch array: X the states, U functions' values and constants,
     h the step.
     """
+
+    #: kind of a term → the method that returns its text: B the motion's term U_n, K n times it, R the reciprocal
+    term_methods: ClassVar[dict[str, str]] = {
+        "B": "_base_text",
+        "K": "_multiple_of_base_text",
+        "R": "_reciprocal_of_base_text",
+    }
 
     def __init__(self, graph: Graph, still: bool = False):
         self.graph, self.still, self.time = graph, still, len(graph.rates) - 1
@@ -70,7 +78,7 @@ class Series(Generated):
             if kind in "BH" and self.graph.nodes[number].kind == SOLVED:
                 self._write_accelerations(kind, number, n)
             else:
-                self._define(key, getattr(self, f"_{kind}")(number, n))
+                self._define(key, getattr(self, self.term_methods[kind])(number, n))
         return self._names[key]
 
     def _write_accelerations(self, kind, number, n):
@@ -91,12 +99,13 @@ class Series(Generated):
         self._lines[base] += solution_lines(right, names, mark)
         self._names |= {(kind, first + i, n): name for i, name in enumerate(names)}
 
-    def _K(self, number, n):
-        """Return n times the base's term."""
+    def _multiple_of_base_text(self, number, n):
+        """Return the text of n times the motion's n-th term of a node; None if it vanishes."""
         base = self._term_name("B", number, n)
         return base and f"{n}.0 * {base}"
 
-    def _R(self, number, n):
+    def _reciprocal_of_base_text(self, number, n):
+        """Return the text of 1 over the motion's n-th term of a node."""
         return f"1.0 / {self._term_name('B', number, n)}"
 
     def _product_texts(self, first, second, n, start=0, sign=""):
@@ -111,7 +120,8 @@ class Series(Generated):
         middle = [f"{u[n // 2]} * {u[n // 2]}"] if n % 2 == 0 and u[n // 2] else []
         return " + ".join([*([f"2.0 * ({' + '.join(pairs)})"] if pairs else []), *middle]) or None
 
-    def _B(self, number, n):
+    def _base_text(self, number, n):
+        """Return the text of the motion's n-th term U_n of a node, by the node's recurrence; None if it vanishes."""
         node = self.graph.nodes[number]
         if node.kind == CONSTANT:
             (e,) = node.weights
@@ -141,10 +151,12 @@ class Series(Generated):
         return f"{1.0 / n!r} * ({sum_text(terms)})" if terms else None
 
     def _rate_text(self, kind, i, n):
+        """Return the text of the n-th term of state i: h/n times the term n - 1 of its rate; None if it vanishes."""
         rate = self._term_name(kind, self.graph.rates[i], n - 1)
         return rate and f"(h * {1.0 / n!r}) * {rate}"
 
     def _sum_text(self, kind, node, n):
+        """Return the text of the n-th term, of a kind, of a weighted sum; None if it vanishes."""
         text = ""
         for weight, number in zip(node.weights, node.parts, strict=True):
             if term := self._term_name(kind, number, n):
@@ -159,6 +171,7 @@ class Series(Generated):
         """Return lines as text, with rows in place of placeholders; rows of perturbed motions begin at `first`."""
 
         def place(match):
+            """Return the index of the row that a placeholder names, times W, plus the lane."""
             key = match[1], int(match[2])
             return f"{(first + self.perturbed[key] if key[0] in 'xew' else self.base[key]) * W} + lane"
 
@@ -208,6 +221,7 @@ class Moving(Series):
         return rows
 
     def _module_text(self):
+        """Return the source of the module, with the function `expand`, which stores all terms of the series."""
         states = [self.graph.build(x) for x in self.graph.states]
         for n in range(ORDER + 1):
             for number in states:

@@ -52,6 +52,7 @@ class Symmetries:
         return [self._coefficients(e) for e in (odd_terms, [*curls, power], [*curls, *remaining_terms], drags)]
 
     def _coefficients(self, expressions):
+        """Return the compiled function of parameters that returns all coefficients of the expressions in the states."""
         return compile_expression(self.equations.parameters, term_coefficients(expressions, self.equations.states))
 
     def _all_vanish(self, function, parameters):

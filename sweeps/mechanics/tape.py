@@ -26,7 +26,7 @@ class Tape:
 
     def __init__(self, expressions, variables, parameters):
         self.variables, self.parameters = tuple(variables), tuple(parameters)
-        self._constants, self._numbers = [], {}
+        self._constants, self._constant_indices = [], {}
         self._rows: list[tuple[int, int, int]] = []
         self._rows_by_key: dict = {}
         self.outputs = np.array([self._row(sp.sympify(e)) for e in expressions], dtype=np.int64)
@@ -74,7 +74,8 @@ class Tape:
 
     # -- building
 
-    def _add(self, code, a, b=0):
+    def _add_row(self, code, a, b=0):
+        """Return the index of the row (operation code, operands), which is added unless it is there already."""
         key = (code, a, b)
         if key not in self._rows_by_key:
             self._rows_by_key[key] = len(self._rows)
@@ -82,46 +83,51 @@ class Tape:
         return self._rows_by_key[key]
 
     def _row(self, e):
+        """Return the index of the row of an expression, which is built if it has none."""
         if e not in self._rows_by_key:
             self._rows_by_key[e] = self._build_row(e)
         return self._rows_by_key[e]
 
     def _build_row(self, e):
+        """Add the rows of an expression and return the index of the last; refuse functions that no code encloses."""
         if not e.free_symbols & set(self.variables):
-            return self._constant(e)
+            return self._constant_row(e)
         if e.is_Symbol:
-            return self._add(codes.VARIABLE, self.variables.index(e))
+            return self._add_row(codes.VARIABLE, self.variables.index(e))
         if e.is_Add or e.is_Mul:
             return self._build_sum(e)
         if e.is_Pow and e.base != sp.E:
             return self._build_power(e)
         if e.is_Pow:
-            return self._add(codes.EXP, self._row(e.exp))
+            return self._add_row(codes.EXP, self._row(e.exp))
         if type(e) in CODES:
-            return self._add(CODES[type(e)], self._row(e.args[0]))
+            return self._add_row(CODES[type(e)], self._row(e.args[0]))
         raise DescriptionError(f"{type(e).__name__}: {e} cannot be enclosed; allowed: {allowed_words()}")
 
-    def _constant(self, e):
-        if e not in self._numbers:
-            self._numbers[e] = len(self._constants)
+    def _constant_row(self, e):
+        """Return the row of an expression without variables, which becomes a constant of the tape."""
+        if e not in self._constant_indices:
+            self._constant_indices[e] = len(self._constants)
             self._constants.append(e)
-        return self._add(codes.CONSTANT, self._numbers[e])
+        return self._add_row(codes.CONSTANT, self._constant_indices[e])
 
     def _build_sum(self, e):
+        """Return the row of a sum or product: one operation for each further term, constants joined into one."""
         code = codes.ADD if e.is_Add else codes.MUL
         constant_terms = [term for term in e.args if not term.free_symbols & set(self.variables)]
         rows = [self._row(term) for term in e.args if term.free_symbols & set(self.variables)]
         result = rows[0]
         for row in rows[1:]:
-            result = self._add(code, result, row)
-        return self._add(code, self._constant(e.func(*constant_terms)), result) if constant_terms else result
+            result = self._add_row(code, result, row)
+        return self._add_row(code, self._constant_row(e.func(*constant_terms)), result) if constant_terms else result
 
     def _build_power(self, e):
+        """Return the row of a power: whole, constant, or exp(y log x) if the exponent has a variable."""
         if e.exp.is_Integer and abs(int(e.exp)) < MAX_WHOLE_POWER:
-            return self._add(codes.WHOLE_POWER, self._row(e.base), int(e.exp))
+            return self._add_row(codes.WHOLE_POWER, self._row(e.base), int(e.exp))
         if e.exp.free_symbols & set(self.variables):
             return self._row(sp.exp(e.exp * sp.log(e.base), evaluate=False))
-        return self._add(codes.POWER, self._row(e.base), self._constant(e.exp))
+        return self._add_row(codes.POWER, self._row(e.base), self._constant_row(e.exp))
 
 
 def _as_kernel_array(x, dtype=np.float64):
@@ -140,11 +146,12 @@ class _Numbers(Tape):
         self._evaluate = compile_expression(parameters, self.numeric_functions)
 
     def _build_row(self, e):
+        """Return the row of an expression; a function that no tape supports becomes a further variable."""
         try:
             return super()._build_row(e)
         except DescriptionError:
             self.numeric_functions.append(e)
-            return self._add(codes.VARIABLE, len(self.variables) + len(self.numeric_functions) - 1)
+            return self._add_row(codes.VARIABLE, len(self.variables) + len(self.numeric_functions) - 1)
 
     def values(self, low, high, points):
         """Return enclosures for variables from `low` to `high` at so many `points`, (points, expressions, 2)."""

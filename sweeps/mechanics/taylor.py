@@ -181,20 +181,21 @@ class Code(Generated):
         return self._constant_name("U", number)
 
     def _constant_name(self, kind, number):
+        """Return the local name of a constant of a run, kind U (value) or F (slope f′(U)), and give it a row."""
         self.constants.setdefault((kind, number), self.rows)
         self._used_constants.add((kind, number))
         return f"{kind}{number}"
 
     def _whole_name(self, number):
         """Return the local name of a node's value U + û_0 at the start of a step; None if it is 0."""
-        if not self.graph.moves(number):
+        if not self.graph.depends_on_states(number):
             return self._base_text(number)
         self._whole_texts[number] = self._start_text(number)
         return f"v{number}"
 
     def _deviation_name(self, number, order):
         """Return the local name of û_n of a node; None if it is 0."""
-        return f"u{number}_{order}" if self.graph.moves(number) else None
+        return f"u{number}_{order}" if self.graph.depends_on_states(number) else None
 
     # -- the step
 
@@ -216,12 +217,14 @@ class Code(Generated):
         return self._function_lines(number, node, n, name)
 
     def _rate_text(self, i, n):
+        """Return the text of x_i's term of order n: h/n times the term n - 1 of its rate."""
         rate = self._deviation_name(self.graph.rates[i], n - 1)
         base = self._base_text(self.graph.rates[i]) if n == 1 else None
         sum_text = f"({rate} + {base})" if rate and base else rate or base
         return f"h{n} * {sum_text}" if sum_text else "0.0"
 
     def _sum_text(self, node, n):
+        """Return the text of û_n of a weighted sum; "0.0" if no part depends on the states."""
         text = ""
         for weight, number in zip(node.weights, node.parts, strict=True):
             hat = self._deviation_name(number, n)
@@ -233,7 +236,8 @@ class Code(Generated):
         return text or "0.0"
 
     def _product_text(self, a, b, n):
-        moves, of = self.graph.moves, self._base_text if n == 0 else self._whole_name
+        """Return the text of û_n of the product of nodes a and b (see (uv)_n in the module docstring)."""
+        moves, of = self.graph.depends_on_states, self._base_text if n == 0 else self._whole_name
         if a == b:
             terms = [self._square_text(a, n), f"2.0 * {of(a)} * {self._deviation_name(a, n)}" if of(a) else ""]
         else:
@@ -247,11 +251,13 @@ class Code(Generated):
         return " + ".join(f"u{a}_{k} * u{b}_{n - k}" for k in indices_newest_last(1, last))
 
     def _square_text(self, a, n):
+        """Return the text of Σ u_k u_(n-k) over k = 1 … n - 1 of a node, each pair computed once."""
         pairs = " + ".join(f"u{a}_{k} * u{a}_{n - k}" for k in reversed(range(1, (n + 1) // 2)))
         middle = f"u{a}_{n // 2} * u{a}_{n // 2}" if n % 2 == 0 else ""
         return " + ".join(filter(None, (f"2.0 * ({pairs})" if pairs else "", middle)))
 
     def _quotient_lines(self, number, node, n, name):
+        """Return the lines that assign û_n of a quotient; at n = 0 also the reciprocal of the divisor."""
         above, below = node.parts
         lines, terms = [], [self._deviation_name(above, n) or "0.0"]
         if n == 0:
@@ -272,7 +278,7 @@ class Code(Generated):
         )
         right = []
         for i, force in enumerate(forces):
-            factors = [(a[i, j], first + j) for j in range(len(forces)) if n and self.graph.moves(a[i, j])]
+            factors = [(a[i, j], first + j) for j in range(len(forces)) if n and self.graph.depends_on_states(a[i, j])]
             product_text = " + ".join(self._convolution_text(*pair, n, n) for pair in factors)
             right.append((self._deviation_name(force, n) or "0.0") + (f" - ({product_text})" if product_text else ""))
         names = [f"u{first + i}_{n}" for i in range(len(forces))]
@@ -280,29 +286,32 @@ class Code(Generated):
 
     def _start_text(self, number):
         """Return the text of a node's value at the start of a step."""
-        terms = self._base_text(number), f"u{number}_0" if self.graph.moves(number) else None
+        terms = self._base_text(number), f"u{number}_0" if self.graph.depends_on_states(number) else None
         return " + ".join(filter(None, terms)) or "0.0"
 
     def _function_lines(self, number, node, n, name):
+        """Return the lines that assign a function's remainder w̃_n and û_n = f′(U) û_n of its argument + w̃_n."""
         (inner,) = node.parts
         lines = [f"w{number}_{n} = {self._remainder_text(number, inner, n)}"]
-        if self.graph.moves(inner):
+        if self.graph.depends_on_states(inner):
             lines.append(f"{name} = {self._constant_name('F', number)} * u{inner}_{n} + w{number}_{n}")
         return lines
 
     def _remainder_text(self, number, inner, n):
+        """Return the text of w̃_n of a function: its integrated value at n = 0, else a sum (module docstring)."""
         if n == 0:
             return f"w{number}"
         slope = self.graph.slopes[number]
-        if not self.graph.moves(slope):
+        if not self.graph.depends_on_states(slope):
             return "0.0"
         terms = [f"{f'{k}.0 * ' if k > 1 else ''}u{inner}_{k} * u{slope}_{n - k}" for k in indices_newest_last(1, n)]
         return f"{1.0 / n!r} * ({' + '.join(terms)})" if n > 1 else terms[0]
 
     def _step_lines(self):
+        """Return the lines that compute all terms of a step: order 0, values at the start, then orders 1 to ORDER."""
         functions = self.graph.slopes
-        nodes = self.graph.behind([*self.graph.rates, *functions])
-        last = self.graph.behind([self.graph.nodes[f].parts[0] for f in functions], slopes=False)
+        nodes = self.graph.dependencies([*self.graph.rates, *functions])
+        last = self.graph.dependencies([self.graph.nodes[f].parts[0] for f in functions], slopes=False)
         first, lines = [], [f"h{n} = h * {1.0 / n!r}" for n in range(2, ORDER + 1)]
         for number in nodes:
             first += self._term_lines(number, 0)
@@ -321,6 +330,7 @@ class Code(Generated):
         return [*first, *(f"v{number} = {text}" for number, text in self._whole_texts.items()), *lines]
 
     def _sum_lines(self):
+        """Yield the lines that store each state and remainder after the step: the sums of their terms."""
         names = [f"x{i}" for i in range(self.n)] + [f"w{k}" for k in self.remainders]
         for name, row in zip(names, [*range(self.n), *self.remainders.values()], strict=True):
             text = f"{name}_{ORDER}"
@@ -331,11 +341,14 @@ class Code(Generated):
     # -- watched quantities
 
     def _check_lines(self):
-        watched, moves = self.graph.drift_terms, self.graph.moves
+        """Return the lines that store the deviations of the conserved quantities, over ε or ε²."""
+        watched, moves = self.graph.drift_terms, self.graph.depends_on_states
         lines = [f"inverse = S[{self.inverse_row * W} + lane]"] if watched else []
-        for number in self.graph.behind([k for _, terms in watched for k in terms], slopes=False):
+        for number in self.graph.dependencies([k for _, terms in watched for k in terms], slopes=False):
             lines += self._term_lines(number, 0)
-        for number in self.graph.behind([k for kind, terms in watched if kind != FIRST for k in terms], slopes=False):
+        for number in self.graph.dependencies(
+            [k for kind, terms in watched if kind != FIRST for k in terms], slopes=False
+        ):
             lines.append(f"t{number} = {self._second_order_text(number)}")
         for row, (kind, terms) in enumerate(watched, self.drift_row):
             names = [f"{'u' if kind == FIRST else 't'}{k}{'_0' if kind == FIRST else ''}" for k in terms if moves(k)]
@@ -347,7 +360,7 @@ class Code(Generated):
     def _second_order_text(self, number):
         """Return the text of a node's second-order remainder ũ (see the module docstring of `graph`, Energy)."""
         node = self.graph.nodes[number]
-        moves, factors = self.graph.moves, node.parts
+        moves, factors = self.graph.depends_on_states, node.parts
         if node.kind == X:
             return "0.0"
         if node.kind == ADD:
@@ -371,6 +384,7 @@ class Code(Generated):
         return "\n".join([*self._load_lines(), *body])
 
     def _load_lines(self):
+        """Return the lines that load states, remainders, the step and the used constants from the scratch array."""
         constant_keys = sorted(self._used_constants, key=lambda key: self.constants[key])
         loads = [f"x{i} = S[{i * W} + lane]" for i in range(self.n)]
         loads += [f"w{k} = S[{row * W} + lane]" for k, row in self.remainders.items()]
@@ -378,6 +392,7 @@ class Code(Generated):
         return loads + [f"{kind}{k} = S[{self.constants[kind, k] * W} + lane]" for kind, k in constant_keys]
 
     def _module_text(self):
+        """Return the source of the module, with the functions `advance` and `check`."""
         check = WRAPPER_TEXT.format(lines=self._with_loads(self._check_lines()), **CHECK)
         self._used_constants = set()
         advance = ADVANCE.format(lines=self._with_loads([*self._step_lines(), *self._sum_lines()]))

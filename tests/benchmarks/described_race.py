@@ -64,7 +64,7 @@ class Task:
 
     def ours(self, tolerance):
         """Samples by Polhode's steps."""
-        return motions.follow(self.model.moving, self.parameters, self.start, self.times, tolerance)
+        return motions.integrate_in_steps(self.model.moving, self.parameters, self.start, self.times, tolerance)
 
     def error(self, samples):
         """Return the worst error of samples."""
