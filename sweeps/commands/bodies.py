@@ -41,7 +41,9 @@ largest tilts of angular velocity and momentum from that axis, and the periods P
 
 def add_body(commands) -> None:
     """Add the command `body`."""
-    command = parser.add(commands, "body", "predict whether a spin about each principal axis is stable", _body, BODY)
+    command = parser.add(
+        commands, "body", "predict whether a spin about each principal axis is stable", _print_body, BODY
+    )
     parser.add_body(command)
     sampling: dict[str, Any] = {"type": parser.number, "metavar": "N"}
     text = "1-sigma uncertainty of the moments, e.g. 5%%, or a mapping"
@@ -57,7 +59,7 @@ def add_body(commands) -> None:
     parser.share(command, "--json")
 
 
-def _body(args):
+def _print_body(args):
     """Print the outcome of each spin of a body, sampled with --uncertainty; without a body, print the known names."""
     if args.uncertainty is None:
         startup.leave_out_compiler()  # loading it takes longer than a few formulas
@@ -111,7 +113,7 @@ OF_BODIES = (
 
 def add_motion(commands) -> None:
     """Add the command `motion`."""
-    command = parser.add(commands, "motion", "write the motion of a body or a system, or a film", _motion, MOTION)
+    command = parser.add(commands, "motion", "write the motion of a body or a system, or a film", _write_motion, MOTION)
     parser.add_body(command)
     command.add_argument("--axis", type=parser.number, metavar="A", help="spin axis (default the intermediate one)")
     parser.add_omega(command, "at the start")
@@ -125,7 +127,7 @@ def add_motion(commands) -> None:
     parser.add_output(command, "the file to write")
 
 
-def _motion(args):
+def _write_motion(args):
     """Write the motion of a body or a described system as a table or a film, by the suffix of the output."""
     from sweeps.figure import sheets
     from sweeps.maps import motion
@@ -136,7 +138,7 @@ def _motion(args):
     motion.check_format(args.output, (*motion.FORMATS, ".gif", *(f".{name}" for name in films.KINDS)))
     if kind[1:] in films.KINDS:
         films.require_encoder(kind[1:], ("motion",))
-    motion_of = _of_system if args.name and trajectories.is_described(args.name) else _of_body
+    motion_of = _system_motion if args.name and trajectories.is_described(args.name) else _body_motion
     with sheets.use_sheet(sheets.OWN_SIZE), films.use_film_of(args.output):
         trajectory, frames = motion_of(args, kind not in motion.FORMATS)
         if kind in motion.FORMATS:
@@ -148,7 +150,7 @@ def _motion(args):
         print(f"omega1 … omega3, q0 … q3: in the {frame}", file=sys.stderr)
 
 
-def _of_body(args, _):
+def _body_motion(args, _):
     """Return the motion of a body, and the function that draws its frames."""
     from sweeps.systems.rigid_body import spin_outcomes
     from sweeps.systems.rigid_body.motion import RATES, SPIN, integrate_from, spin_of
@@ -170,7 +172,7 @@ def _of_body(args, _):
         return integrate_from(chosen_body, spun, start, args.duration, 1e-12, args.samples), figure_flip.film
 
 
-def _of_system(args, is_film: bool):
+def _system_motion(args, is_film: bool):
     """Return the motion of a described system at the times of a film or a table, and the function that draws frames."""
     import numpy as np
 
@@ -244,7 +246,7 @@ excluded where the ratio of both periods is below the minimum of the mode by mor
 def add_tumbler(commands) -> None:
     """Add the command `tumbler`."""
     command = parser.add(
-        commands, "tumbler", "find the energy of a tumbling body from its two periods", _tumbler, TUMBLER
+        commands, "tumbler", "find the energy of a tumbling body from its two periods", _print_energies, TUMBLER
     )
     command.add_argument("--P-psi", type=parser.number, required=True, metavar="P", help="period in the body")
     command.add_argument("--P-phi", type=parser.number, required=True, metavar="P", help="period about L")
@@ -257,7 +259,7 @@ def add_tumbler(commands) -> None:
     parser.share(command, "--json")
 
 
-def _tumbler(args):
+def _print_energies(args):
     """Print the energies in both modes that give two periods, of one body (--ratios) or as ranges over all bodies."""
     from sweeps.systems.observed_periods import answers
     from sweeps.systems.observed_periods.system import WORDS
@@ -266,7 +268,7 @@ def _tumbler(args):
     if args.ratios and (args.output or args.figure):
         wrong = "is given together with --output or --figure, which need all bodies"
         raise DefinitionError(f"--ratios: {wrong}; allowed: one of them")
-    rows = answers.periods_of_body(periods, args.ratios) if args.ratios else _of_all(args, periods)
+    rows = answers.periods_of_body(periods, args.ratios) if args.ratios else _energies_of_all_bodies(args, periods)
     if args.json:
         printing.print_json(rows)
         return
@@ -274,7 +276,7 @@ def _tumbler(args):
         printing.console().print(f"{WORDS[row['mode']]}: {answers.describe_row(row, periods)}")
 
 
-def _of_all(args, periods) -> list[dict]:
+def _energies_of_all_bodies(args, periods) -> list[dict]:
     """Return the answers for all bodies; write their map and draw it if the arguments request it."""
     from sweeps.systems.observed_periods import answers
 

@@ -29,28 +29,30 @@ For a system described in a Python file, give its name or file: its grid has its
 
 def add_check(commands) -> None:
     """Add the command `check`."""
-    command = parser.add(commands, "check", "validate a definition, and predict memory, disk and time", _check)
+    command = parser.add(
+        commands, "check", "validate a definition, and predict memory, disk and time", _check_definition
+    )
     parser.share(command, "definition", nargs="?")
     command.add_argument("--list", action="store_true", help="list the shipped sweeps, and stop")
     parser.share(command, "--json")
 
 
-def _check(args):
+def _check_definition(args):
     """Print size, memory, disk and time of a valid definition; with --list, print the shipped sweeps."""
     if args.list:
-        _list(catalogue.shipped_contents(), args.json)
+        _print_sweeps(catalogue.shipped_contents(), args.json)
         return
     path = catalogue.find_definition(args.definition or catalogue.DEFAULT)
     with progress.announce(f"{path}: deriving its equations and checking its points"):
         plan = catalogue.plan_sweep(path, anywhere=True)
     if args.json:
-        print(json.dumps(_facts(plan), indent=1))
+        print(json.dumps(_plan_entries(plan), indent=1))
     else:
-        for name, text in _rows(plan):
+        for name, text in _plan_lines(plan):
             print(f"{name:11s} {text}")
 
 
-def _list(contents: dict, as_json: bool) -> None:
+def _print_sweeps(contents: dict, as_json: bool) -> None:
     """Print name, system, size and title of each shipped sweep; in JSON name and title."""
     if as_json:
         print(json.dumps({name: entry.title for name, entry in contents.items()}, indent=1))
@@ -61,7 +63,7 @@ def _list(contents: dict, as_json: bool) -> None:
     printing.console().print(table)
 
 
-def _facts(plan) -> dict:
+def _plan_entries(plan) -> dict:
     """Return the mapping that `check --json` prints: path, title, dimensions, needs and proofs of a planned sweep."""
     from dataclasses import asdict
 
@@ -80,7 +82,7 @@ def _facts(plan) -> dict:
     }
 
 
-def _rows(plan):
+def _plan_lines(plan):
     """Yield (heading, text) of each line that `check` prints about a planned sweep."""
     from kernels.compile.cache import why_unkept
     from sweeps.points.estimate import PAGE_BYTES, count_impossible, format_duration, in_words, list_shortages
@@ -115,7 +117,7 @@ def _rows(plan):
 def add_run(commands) -> None:
     """Add the command `run`."""
     words = "write the map, figures and report of a sweep to results/<sweep>"
-    command = parser.add(commands, "run", words, _run, RUN)
+    command = parser.add(commands, "run", words, _run_sweep, RUN)
     parser.share(command, "definition", nargs="?", default="tennis_racket")
     text = "number of processors (default all); does not change results"
     command.add_argument("--cores", type=int, metavar="N", help=text)
@@ -127,7 +129,7 @@ def add_run(commands) -> None:
     command.add_argument("--quiet", action="store_true", help="print no progress, only the files")
 
 
-def _run(args):
+def _run_sweep(args):
     """Run a definition to its map, figures and report, and print the name of each file."""
     from sweeps.pipeline.run import run
     from sweeps.views import drawing
@@ -140,13 +142,13 @@ def _run(args):
 
 def add_compile(commands) -> None:
     """Add the command `compile`."""
-    command = parser.add(commands, "compile", "compile the kernels of a sweep, once per machine", _compile)
+    command = parser.add(commands, "compile", "compile the kernels of a sweep, once per machine", _compile_kernels)
     parser.share(command, "definition", nargs="?", default=None)
     command.add_argument("--all", action="store_true", help="compile the kernels of every system")
     command.epilog = "Without DEFINITION, those of the default sweep."
 
 
-def _compile(args):
+def _compile_kernels(args):
     """Compile the kernels of a sweep, with --all those of every system; refuse if their cache cannot be kept."""
     from kernels.compile.cache import why_unkept
     from sweeps import systems
@@ -162,7 +164,7 @@ def _compile(args):
 
 def add_shard(commands) -> None:
     """Add the command `shard`."""
-    command = parser.add(commands, "shard", "measure one part of the points of a sweep", _shard)
+    command = parser.add(commands, "shard", "measure one part of the points of a sweep", _write_shard)
     parser.share(command, "definition", "--digest")
     command.add_argument("number", type=int, metavar="K", help="number of the part, from 1")
     command.add_argument("count", type=int, metavar="N", help="number of parts")
@@ -171,7 +173,7 @@ def add_shard(commands) -> None:
     command.add_argument("--threads", type=int, default=1, metavar="T", help=text)
 
 
-def _shard(args):
+def _write_shard(args):
     """Measure the points of part K of N of a sweep and write them as a shard; refuse numbers out of range."""
     from sweeps.shards import shard as shards
 
@@ -184,14 +186,14 @@ def _shard(args):
     if args.threads < 1:
         raise DefinitionError(f"--threads: {args.threads} is out of range; allowed: 1 or more")
     start, stop = sweep.grid.shard_bounds(args.count)[args.number - 1]
-    each = math.prod(sweep.each.values())
-    with progress.count_points(stop - start, f"shard {args.number} of {args.count}", each) as advance:
+    motions_per_point = math.prod(sweep.each.values())
+    with progress.count_points(stop - start, f"shard {args.number} of {args.count}", motions_per_point) as advance:
         shards.write_shard(sweep, args.number, args.count, args.output, args.threads, advance)
 
 
 def add_merge(commands) -> None:
     """Add the command `merge`."""
-    command = parser.add(commands, "merge", "merge all shards of a sweep into its map", _merge)
+    command = parser.add(commands, "merge", "merge all shards of a sweep into its map", _merge_shards)
     parser.share(command, "definition", "--digest")
     command.add_argument("shards", nargs="+", metavar="SHARD", help="files written by `shard`, or their folder")
     command.add_argument("--renew", action="store_true", help="measure shards of other definitions or kernels again")
@@ -200,7 +202,7 @@ def add_merge(commands) -> None:
     command.add_argument("--threads", type=int, default=1, metavar="T", help=text)
 
 
-def _merge(args):
+def _merge_shards(args):
     """Merge the shards of a sweep into its map, and print the content hash of the map."""
     from sweeps.shards import merging
 
@@ -211,13 +213,13 @@ def _merge(args):
 
 def add_schema(commands) -> None:
     """Add the command `schema`."""
-    command = parser.add(commands, "schema", "print the JSON Schema of definitions, for editors", _schema, SCHEMA)
+    command = parser.add(commands, "schema", "print the JSON Schema of definitions, for editors", _print_schema, SCHEMA)
     text = "a shipped system, or the path of a Python file that describes one"
     command.add_argument("systems", metavar="SYSTEM", nargs="*", help=text)
     parser.add_output(command, "write the schema to FILE", required=False)
 
 
-def _schema(args):
+def _print_schema(args):
     """Print the JSON Schema of definitions, or write it to the output."""
     from sweeps.points import loading
 

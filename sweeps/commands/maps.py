@@ -19,12 +19,12 @@ A grid is also drawn in characters, at the middle of the dimensions that the dra
 def add_show(commands) -> None:
     """Add the command `show`."""
     command = parser.add(
-        commands, "show", "summarise a map, with a small map in characters", _show, SHOW, coordinates=True
+        commands, "show", "summarise a map, with a small map in characters", _print_summary, SHOW, coordinates=True
     )
     parser.share(command, "map", "--json")
 
 
-def _show(args):
+def _print_summary(args):
     """Print the summary of a map and a drawing in characters at the chosen values; with --json, only the summary."""
     from sweeps.maps import selection, storage, summary
     from sweeps.maps.description import without_extra_dimensions
@@ -32,17 +32,17 @@ def _show(args):
 
     with storage.open_map(args.map) as map_file:
         ds = without_extra_dimensions(map_file)
-        places = selection.nearest_places(ds, args.coordinates, "--")
+        grid_values = selection.nearest_places(ds, args.coordinates, "--")
         totals = summary.summarise(ds)
-        requested = {dim: place for dim, place in places.items() if place.requested is not None}
+        requested = {dim: grid_value for dim, grid_value in grid_values.items() if grid_value.requested is not None}
         if args.json:
-            printing.print_json(_facts(totals))
+            printing.print_json(_summary_entries(totals))
         else:
             console = printing.console()
             textmap.print_summary(console, totals, textmap.draw_map(ds, totals.description, requested, console.width))
 
 
-def _facts(totals) -> dict:
+def _summary_entries(totals) -> dict:
     """Return the summary of a map as the mapping that `show --json` prints.
 
     Its keys: title, system, source, content_hash, dimensions, points, compared, impossible (numbers of points), counts
@@ -83,13 +83,15 @@ frame), from the closed form (omega1 … omega3, q0 … q3) and, except for a sy
 
 def add_point(commands) -> None:
     """Add the command `point`."""
-    command = parser.add(commands, "point", "print every variable at one grid point", _point, POINT, coordinates=True)
+    command = parser.add(
+        commands, "point", "print every variable at one grid point", _print_point, POINT, coordinates=True
+    )
     parser.share(command, "map")
     command.add_argument("--trajectory", metavar="FILE", help="write the motion of the point")
     parser.share(command, "--duration", "--samples", "--json")
 
 
-def _point(args):
+def _print_point(args):
     """Print all variables at the grid point nearest to the coordinates; with --trajectory, write its motion."""
     from sweeps.maps import motion, selection
 
@@ -100,13 +102,13 @@ def _point(args):
         with progress.announce("computing the motion; the first time on a machine its kernels are compiled"):
             trajectory = motion.point_motion(row, args.duration, motion.map_tolerance(row), args.samples)
         motion.write_motion(trajectory, args.trajectory)
-    _print(row, places, args.json)
+    _print_variables(row, places, args.json)
 
 
-def _print(row, places, as_json: bool) -> None:
+def _print_variables(row, places, as_json: bool) -> None:
     """Print coordinates and variables of one point, as a table or as JSON."""
     if as_json:
-        printing.print_json({"point": _entries(row, row.coords), "variables": _entries(row, row.data_vars)})
+        printing.print_json({"point": _value_entries(row, row.coords), "variables": _value_entries(row, row.data_vars)})
         return
     console = printing.console()
     for place in places.values():
@@ -114,12 +116,12 @@ def _print(row, places, as_json: bool) -> None:
     for name, value in row.coords.items():
         if name not in places and value.ndim == 0 and not ("flag_meanings" in value.attrs and value.item() == 0):
             console.print(
-                f"{name} = {_value(value)} {_units(value)}".rstrip()
+                f"{name} = {_format_value(value)} {_units(value)}".rstrip()
             )  # the flag 0 is the usual one: moments in kg m2
     console.print()
     table = printing.table("variable", "value", "units", "meaning", right=(1,))
     for name, variable in row.data_vars.items():
-        table.add_row(name, _value(variable), _units(variable), str(variable.attrs.get("long_name", "")))
+        table.add_row(name, _format_value(variable), _units(variable), str(variable.attrs.get("long_name", "")))
     console.print(table)
 
 
@@ -128,18 +130,18 @@ def _units(variable) -> str:
     return "" if units == "1" else units
 
 
-def _value(variable) -> str:
+def _format_value(variable) -> str:
     """Return a value as people read it; all digits are in the JSON."""
     from sweeps.maps.selection import format_value
 
-    value = _plain(variable)
+    value = _plain_value(variable)
     words = [
         "missing" if item != item else format_value(item) for item in (value if isinstance(value, list) else [value])
     ]
     return ", ".join(words if len({*words}) > 1 else words[:1])
 
 
-def _plain(variable):
+def _plain_value(variable):
     """Return the value of a variable for JSON, a number or a list, with flags replaced by their meanings."""
     from sweeps.schema.datasets import flags
 
@@ -149,8 +151,8 @@ def _plain(variable):
     return meanings.get(value, value)
 
 
-def _entries(row, names) -> dict:
-    return {name: {"value": _plain(row[name]), "units": str(row[name].attrs.get("units", ""))} for name in names}
+def _value_entries(row, names) -> dict:
+    return {name: {"value": _plain_value(row[name]), "units": str(row[name].attrs.get("units", ""))} for name in names}
 
 
 SLICE = """\
@@ -164,12 +166,12 @@ without a value they are kept whole. CDO, NCO, ncview and Panoply open the file.
 
 def add_slice(commands) -> None:
     """Add the command `slice`."""
-    command = parser.add(commands, "slice", "cut a map down to two dimensions", _slice, SLICE, coordinates=True)
+    command = parser.add(commands, "slice", "cut a map down to two dimensions", _write_slice, SLICE, coordinates=True)
     parser.share(command, "map")
     parser.add_output(command, "the netCDF file to write")
 
 
-def _slice(args):
+def _write_slice(args):
     """Write the plane of a map through the chosen grid values to a netCDF file, and print the values used."""
     from sweeps.maps import selection, storage
     from sweeps.maps.description import extra_dimensions
@@ -224,7 +226,7 @@ height: 160 (mm), 15cm, 6x4in.
 
 def add_figures(commands) -> None:
     """Add the command `figures`."""
-    command = parser.add(commands, "figures", "draw the figures of a map", _figures, FIGURES, coordinates=True)
+    command = parser.add(commands, "figures", "draw the figures of a map", _draw_figures, FIGURES, coordinates=True)
     parser.share(command, "map")
     command.add_argument("-o", "--output", metavar="FOLDER", required=True, help="the folder to write")
     command.add_argument("--format", choices=FORMATS, default="png", help="format of figures; mp4, webm: of animations")
@@ -237,16 +239,16 @@ def add_figures(commands) -> None:
     command.add_argument("--at", metavar="DIMENSION=VALUE", action="append", default=[], help=text)
 
 
-def _figures(args):
+def _draw_figures(args):
     """Draw the figures of a map; a second process draws some of them unless --only selects few."""
     from sweeps.views import drawing
 
-    sheet = _sheet(args.size)
+    sheet = _parse_sheet(args.size)
     with nullcontext() if args.only else drawing.start_worker() as worker:  # few are drawn before a worker is ready
-        return _draw(args, sheet, worker)
+        return _draw_at_values(args, sheet, worker)
 
 
-def _draw(args, sheet, worker):
+def _draw_at_values(args, sheet, worker):
     """Draw the figures of a map at the chosen coordinates, and print the files and the grid values used."""
     from sweeps.maps import selection
     from sweeps.views import drawing, figures
@@ -264,7 +266,7 @@ def _draw(args, sheet, worker):
         print(place)
 
 
-def _sheet(text: str | None):
+def _parse_sheet(text: str | None):
     """Return the sheet of paper or slide that `--size` names."""
     from sweeps.figure import sheets
 
@@ -282,12 +284,12 @@ def _sheet(text: str | None):
 
 def add_report(commands) -> None:
     """Add the command `report`."""
-    command = parser.add(commands, "report", "write the report of a map, one HTML file to explore", _report)
+    command = parser.add(commands, "report", "write the report of a map, one HTML file to explore", _write_report)
     parser.share(command, "map")
     parser.add_output(command, "the HTML file to write")
 
 
-def _report(args):
+def _write_report(args):
     """Write the report of a map as one HTML file, and print its name."""
     from sweeps.views import figures, report
 
@@ -304,7 +306,7 @@ exit status: 0 the map is whole; 1 it differs (the differences are listed); 2 th
 def add_verify(commands) -> None:
     """Add the command `verify`."""
     words = "compare a map with its definition, and measure random points again"
-    command = parser.add(commands, "verify", words, _verify, VERIFY)
+    command = parser.add(commands, "verify", words, _verify_map, VERIFY)
     parser.share(command, "map")
     command.add_argument("--definition", metavar="DEFINITION", help="the definition that should have made the map")
     command.add_argument("--points", type=int, default=100, metavar="N", help="points to measure again (default 100)")
@@ -312,7 +314,7 @@ def add_verify(commands) -> None:
     command.add_argument("--any-kernels", action="store_true", help="allow a map of other kernels or another machine")
 
 
-def _verify(args):
+def _verify_map(args):
     """Compare a map with its definition and with points measured again; print each check, and return 1 if one fails."""
     from sweeps.maps import verify
 

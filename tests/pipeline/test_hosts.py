@@ -199,7 +199,7 @@ def test_a_message_blames_the_disk_for_what_is_the_disks_alone(monkeypatch, caps
     def fail(args):
         raise OSError(code, os.strerror(code), "map.nc")
 
-    monkeypatch.setattr(definitions, "_check", fail)
+    monkeypatch.setattr(definitions, "_check_definition", fail)
     assert main(["check", "tiny"]) == 2
     message = capsys.readouterr().err
     assert message.startswith(f"map.nc: {os.strerror(code)}; allowed: ")

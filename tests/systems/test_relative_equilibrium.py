@@ -96,7 +96,8 @@ def test_the_boundary_of_theory_is_found_between_the_points_of_a_map(has_damping
     regime = np.where(growth > 1e-9, *(REGIMES.index(name) - 1 for name in ("unstable", "stable")))
     columns = {"growth_rate_theory": growth, "regime_theory": regime, "rate_scale": np.ones(k.shape)}
     stability_map = xr.Dataset({name: (over, column) for name, column in columns.items()})
-    margin, _ = figure_spectra._margins(stability_map.assign(eigenvalues=((*over, "eigenvalue"), eigenvalues)))
+    stability_map = stability_map.assign(eigenvalues=((*over, "eigenvalue"), eigenvalues))
+    margin, _ = figure_spectra._stability_functions(stability_map)
     (last,) = np.flatnonzero(margin[1:, 0] * margin[:-1, 0] < 0.0)
     share = margin[last, 0] / (margin[last, 0] - margin[last + 1, 0])
     assert stiffness[last] + share * 0.1 == pytest.approx(0.0, abs=1e-12)  # the product of λ is linear in k

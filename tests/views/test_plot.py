@@ -133,7 +133,7 @@ def test_a_picture_is_as_large_as_it_is_asked_for(path, tmp_path):
     [("6in", (152.4, None)), ("15cm", (150.0, None)), ("160", (160.0, None)), ("6 x 4in", (152.4, 101.6))],
 )
 def test_a_length_has_a_unit(text, size):
-    assert command._sheet(text)[:2] == pytest.approx(size)
+    assert command._parse_sheet(text)[:2] == pytest.approx(size)
 
 
 def test_a_slide_has_the_pixels_of_a_projector_and_letters_of_one_size(tmp_path):

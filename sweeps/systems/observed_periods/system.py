@@ -27,7 +27,7 @@ MAX_RATIO_DEVIATION = 1e-6  # relative deviation of the ratio of periods at the 
 WORDS = {"sam": "short-axis mode", "lam": "long-axis mode"}
 
 
-def _mode(mode: str) -> str:
+def _mode_rows(mode: str) -> str:
     """Return the rows of `parse_rows` for the variables of one mode, sam or lam."""
     words = WORDS[mode]
     return f"""
@@ -57,8 +57,8 @@ VARIABLES = parse_rows(
         "whether the closed form reproduces the observed ratio from each energy",
         "not_converged: so near the separatrix that the energy, a double, fixes the ratio only to 1e-6 or worse",
     ),
-    _mode("sam"),
-    _mode("lam"),
+    _mode_rows("sam"),
+    _mode_rows("lam"),
     bodies.TRIANGLE_MARGIN,
 )
 
@@ -154,7 +154,7 @@ class ObservedPeriods(FreeBody):
 
     def reference(self) -> Reference:
         """Return the energy in each mode by SciPy."""
-        return _reference("lam", "long-axis mode", _reference("sam", "short-axis mode"))
+        return _energy_reference("lam", "long-axis mode", _energy_reference("sam", "short-axis mode"))
 
 
 def exclusion(min_ratio: np.ndarray, P_psi, P_phi, sigma_psi, sigma_phi) -> np.ndarray:
@@ -204,7 +204,7 @@ def period_ratio(moments: np.ndarray, energy: float) -> float:
     K = float(ellipk(m))
 
     def rate(u):
-        """Return the rotation rate of the axis of least inertia about L at the elliptic argument u."""
+        """Return the rotation rate of the axis of least inertia about L, over L, at the elliptic argument u."""
         sn, cn, dn, _ = ellipj(u, m)
         along, second, encircled = a * cn, b * sn, c * dn
         third = along if long else encircled
@@ -235,7 +235,7 @@ def energy_of(point: Mapping[str, float], mode: str) -> float:
     )
 
 
-def _reference(mode: str, words: str, *more: Reference) -> Reference:
+def _energy_reference(mode: str, words: str, *more: Reference) -> Reference:
     """Return the reference for the energy of a mode: SciPy's root for the observed ratio of periods, and `more`."""
 
     def allowed(point: Mapping[str, float], integration) -> float:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from sweeps import mechanics
 
 
+# Regimes in the order of their codes in a map, from -1.
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
 
 VARIABLES = rates.rate_variables(

@@ -14,10 +14,10 @@ from sweeps.systems.presentation.appearance import Appearance
 MAX_DRAWN = 400  # values per dimension of a panel
 
 
-def sides(values: xr.DataArray, panels: Collection[str]) -> tuple[str, str | None, str | None]:
-    """Return (x, y, third): the two longest parameters, and a third that varies; y, third are None if there is none.
+def longest_parameters(values: xr.DataArray, panels: Collection[str]) -> tuple[str, str | None, str | None]:
+    """Return (x, y, third): names of the two longest dimensions, and of a third that varies; None if there is none.
 
-    Dimensions in `panels`, which have a panel for each value, are excluded.
+    Dimensions in `panels`, which have a panel (one of the figure's axes) for each value, are excluded.
     """
     names = [str(name) for name in values.dims if name not in panels]
     free_names = sorted((name for name in names if values.sizes[name] > 1), key=lambda name: -values.sizes[name])

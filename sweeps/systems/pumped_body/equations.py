@@ -25,8 +25,16 @@ AXES = "abc"
 
 
 @cache
-def model(inverse: bool) -> Model:
-    """Return the system about its axis a; each moment, or its inverse, is modulated.
+def tilt_model(inverse: bool) -> Model:
+    r"""Return the system of the canonical tilt coordinates (X, Y) of L from the spin axis a, over the time u = νt.
+
+    ν is the angular frequency of the modulation. Without constant terms, the Hamiltonian over ν is
+
+    .. math:: H = \tfrac12 (\beta X^2 + \alpha Y^2)\left(1 - \tfrac14 (X^2 + Y^2)\right), \quad
+              \alpha = \frac L\nu\left(\frac1{I_c} - \frac1{I_a}\right), \quad
+              \beta = \frac L\nu\left(\frac1{I_b} - \frac1{I_a}\right)
+
+    with moments that depend on u, or inverse moments. The states v and w are X and Y rotated by `direction`.
 
     Args:
         inverse: True if 1/I_i is modulated instead of I_i.
@@ -86,7 +94,7 @@ def survey(points, inverse: bool = False, tolerance: float = 1e-12) -> dict[str,
             }
             if k:
                 arguments["beta" if name == "b" else "alpha"] = ratio * ((spin_moment - moment) / moment)
-        columns = periodic.survey(model(inverse), arguments, tolerance)
+        columns = periodic.survey(tilt_model(inverse), arguments, tolerance)
         for name in columns:
             if name.startswith(("exponent", "growth_rate")):
                 columns[name] = (columns[name].T * frequency).T

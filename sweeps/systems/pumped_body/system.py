@@ -150,7 +150,7 @@ class PumpedBody(Dynamics):
         """The derived equations and the code that integrates them."""
         from sweeps.systems.pumped_body import equations
 
-        return equations.model(self.inverse)
+        return equations.tilt_model(self.inverse)
 
     def examples(self, definition: PumpedDefinition | None = None) -> tuple[Example, ...]:
         """Return the calls of all periodic systems, and the import of the code of the definition's modulation."""

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
 
 
+# Regimes in the order of their codes in a map, from -1.
 REGIMES = ("undetermined", "asymptotically_stable", "stable", "unstable", "flutter", "marginal")
 
 _BOUND = "bound of scatter, rounding, integration error and the effect of the finite perturbation, each at its worst"
@@ -217,7 +218,7 @@ class Linearised:
         return self._cached_solve(parameters, self.model.system.names.index(str(point["equilibrium"])))
 
     def _solve(self, parameters, slot):
-        """Return eigenvalues from the Jacobian and from integrated motions, NaN away from an equilibrium."""
+        """Return eigenvalues from the Jacobian and from integrated motions; NaN if theory's state is no equilibrium."""
         point = {name: np.array([value]) for name, value in zip(self.model.names, parameters, strict=False)}
         theory = self.model.theory(point | {"equilibrium": np.array([slot])})
         x, S, sizes = np.zeros(self.model.equations.n), float(theory["scale"][0]), theory["sizes"][0]

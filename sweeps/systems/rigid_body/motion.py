@@ -96,12 +96,12 @@ def integrate_from(
     with np.errstate(all="ignore"):
         variables = attitude_columns(moments, omega, at - at[0], tolerance, frame)
     check_finite(variables)
-    fixed = {name: ((), value, {"units": "kg m2"}) for name, value in zip(MOMENTS, moments, strict=True)}
+    body_variables = {name: ((), value, {"units": "kg m2"}) for name, value in zip(MOMENTS, moments, strict=True)}
     surface = {"outlines": outline.format_outlines({body.name: body.solid.surface})} if body.solid is not None else {}
     words = {"long_name": f"principal axes, a row each, in the axes of the {frame.name}"}
-    fixed["principal_axes"] = (("principal_axis", "component"), frame.principal_axes, words)
+    body_variables["principal_axes"] = (("principal_axis", "component"), frame.principal_axes, words)
     attributes = {"title": body.name, "frame": FRAMES[frame.name]} | surface
-    return xr.Dataset(variables, {"time": time_axis(at, "the start")} | fixed, attributes)
+    return xr.Dataset(variables, {"time": time_axis(at, "the start")} | body_variables, attributes)
 
 
 def _omega(body: SpunBody, spun: Mapping[str, float], start: Any) -> np.ndarray:

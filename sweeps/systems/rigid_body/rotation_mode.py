@@ -80,19 +80,21 @@ def predict_rotation(body: SpunBody, omega: Sequence[float]) -> Rotation:
     w = np.where(np.abs(w) > rounding * speed, w, 0.0) / speed
     moments = np.array(body.moments) / max(body.moments)
     top = exact.set_up(*moments.tolist(), *w.tolist())
-    fixed = {"omega": tuple(map(float, omega)), "frame": body.frame}
+    omega_fields = {"omega": tuple(map(float, omega)), "frame": body.frame}
     if elliptic_constants.is_stationary(top.c, top.w):
-        return Rotation(**fixed, mode="principal", axis=int(np.abs(w).argmax()) + 1, max_tilt=0.0, max_nutation=0.0)
+        return Rotation(
+            **omega_fields, mode="principal", axis=int(np.abs(w).argmax()) + 1, max_tilt=0.0, max_nutation=0.0
+        )
     s, c, d = (axis - 1 for axis in top.axes)
     least, greatest = (c, d) if moments[c] <= moments[d] else (d, c)
     terms = [moments[k] * abs(moments[k] - moments[s]) * w[k] ** 2 for k in (greatest, least)]
     if abs(terms[0] - terms[1]) <= rounding * max(terms):
-        return Rotation(**fixed, mode="separatrix", axis=s + 1, max_tilt=None, max_nutation=None)
+        return Rotation(**omega_fields, mode="separatrix", axis=s + 1, max_tilt=None, max_nutation=None)
     period, rate, sigma = (float(value) for value in tumbling.periods(*moments.tolist(), *w.tolist()))
     encircled_rate = abs(rate + sigma * 2 * math.pi / period)
     long_axis_rate = abs(rate) if d == greatest else encircled_rate
     return Rotation(
-        **fixed,
+        **omega_fields,
         mode="short_axis" if d == greatest else "long_axis",
         axis=d + 1,
         max_tilt=_max_angle(top, np.ones(3)),

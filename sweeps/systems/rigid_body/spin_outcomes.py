@@ -27,7 +27,7 @@ from sweeps.systems.rigid_body.system import NearAxisDefinition, SpunBody, initi
 DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, rad
 Axes, Moments = tuple[int, ...], tuple[float, float, float]
 AXES = (1, 2, 3)
-REGIMES = tuple(VERDICTS)
+PREDICTED_REGIMES = tuple(VERDICTS)  # in the order of the codes of `kernels.free.linear.regime`, from 0
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def predict_spins(moments: Moments, omega0: float, epsilon: float, phase: float,
 
 def _predict_spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Spin:
     """Return the outcome of a spin in closed form: regime, periods, largest tilt and twist; `moments` in kg m2."""
-    regime = REGIMES[int(linear.regime(*moments, axis))]
+    regime = PREDICTED_REGIMES[int(linear.regime(*moments, axis))]
     rate = math.sqrt(abs(float(linear.omega_squared(*moments, omega0, axis))))
     point = dict(zip(MOMENTS, moments, strict=True), axis=axis, omega0=omega0, epsilon=epsilon, phase=phase)
     top = exact.set_up(*moments, *initial_state(point)[1])

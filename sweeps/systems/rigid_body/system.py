@@ -36,6 +36,7 @@ SHAREABLE = ("omega0", "epsilon", "phase")  # parameters that a body may have; t
 ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
 
 STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
+# Regimes in the order of their codes in a map, from -1.
 REGIMES = ("undetermined", *VERDICTS)
 
 VARIABLES = rates.rate_variables(

@@ -195,7 +195,10 @@ def period_by_scipy(point: Mapping[str, float], integration: Once) -> float:
 
 
 def period_in_closed_form(point: Mapping[str, float], integration: Once) -> float:
-    """Return the period of ω of a tumbling body in s, 4 K/p; NaN for aperiodic motions."""
+    """Return the period of ω in s, 4 K(m)/p with K the elliptic integral and p the rate of the elliptic functions.
+
+    NaN on the separatrix, and for an energy above the body's maximum, I_max/I_min.
+    """
     from kernels.free import exact
 
     moments, omega = SYSTEM.start(point)

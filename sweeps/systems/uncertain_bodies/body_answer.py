@@ -27,9 +27,9 @@ class BodyAnswer:
 
     name: str  #: the body's name
     facts: dict[str, Any]  #: all numbers, in SI units, angles in rad; `facts["axes"]` has a mapping for each spin axis
-    _lines: list[str] = field(repr=False)
-    _rows: list[tuple[str, str]] = field(repr=False)
-    _more: list[str] = field(repr=False)
+    _lines: list[str] = field(repr=False)  #: text on the body and its spin
+    _outcomes: list[tuple[str, str]] = field(repr=False)  #: (spin axis, outcome) in words
+    _observations: list[str] = field(repr=False)  #: observed period and note of a listed body
     _sampled: "Answer | None" = field(default=None, repr=False)
 
     def __str__(self) -> str:
@@ -45,10 +45,10 @@ class BodyAnswer:
 
         console.print(self.name, style="bold")
         outcome_table = table("spin about", "outcome")
-        for row in self._rows:
+        for row in self._outcomes:
             outcome_table.add_row(*row)
         console.print(outcome_table)
-        for lines in (self._lines, self._more):
+        for lines in (self._lines, self._observations):
             console.print(*["", *lines] if lines else [], sep="\n", end="\n" if lines else "")
 
     def savefig(self, path: str | Path) -> None:
@@ -85,7 +85,7 @@ def answer(
         raise DefinitionError(f"body: {unknown[0]} is unknown; allowed: {allowed}")
     options = dict.fromkeys((*SPIN, *SAMPLING, "uncertainty")) | dict(setting)
     if (omega := options.pop("omega", None)) is not None:
-        return _of_rotation(body, omega, source, options | {"axis": axis, "twist": twist or None}, load)
+        return _answer_for_omega(body, omega, source, options | {"axis": axis, "twist": twist or None}, load)
     is_sampled = options["uncertainty"] is not None
     if not is_sampled and (extra_options := [name for name in SAMPLING if options[name] is not None]):
         raise DefinitionError(f"body: {', '.join(extra_options)}: given without uncertainty; allowed: both, or neither")
@@ -107,8 +107,12 @@ def answer(
     return BodyAnswer(nominal.name, facts | sample_facts | {"axes": axis_facts}, lines, rows, observations, sample)
 
 
-def _of_rotation(body: object, omega: object, source: object, options: Mapping[str, object], load) -> BodyAnswer:
-    """Return the answer for an angular velocity in any direction, and for spins of this size about each axis."""
+def _answer_for_omega(body: object, omega: object, source: object, options: Mapping[str, object], load) -> BodyAnswer:
+    """Return the answer for an angular velocity in any direction, and for spins of this size about each axis.
+
+    The answer has the rotation's mode, tilts and periods under `facts["rotation"]`, and as its first outcome. An
+    option other than epsilon and phase is refused.
+    """
     if extra_options := [name for name in options if name not in ("epsilon", "phase") and options[name] is not None]:
         reason = f"is given beside {extra_options[0]}"
         raise DefinitionError(f"body: omega: {reason}; allowed: one of them")

@@ -1,4 +1,4 @@
-"""Draws of standard normals in independent, evenly distributed replicates. Their scatter gives standard errors.
+"""Sampling designs: standard normals in independent, evenly distributed replicates, whose scatter gives errors.
 
 n draws are R replicates of 2^k, 16 ≤ R ≤ 32: each is a Sobol sequence with its own scrambling (Owen's, by SciPy), a
 Latin hypercube, or plain random numbers. Replicates are independent and unbiased: the scatter of R estimates is a valid

@@ -31,8 +31,8 @@ class Distribution:
     spin: Mapping[str, float | str]
 
     @property
-    def is_tilted(self) -> bool:
-        """True if the principal axes of the draws vary."""
+    def has_uncertain_axes(self) -> bool:
+        """True if the draws differ in their principal axes: the six entries of the tensor are sampled."""
         return len(self.entries) == 6
 
     @cached_property
@@ -40,7 +40,7 @@ class Distribution:
         """(Name, numbers of the entries, factor F with F Fᵀ = covariance) of each set of correlated entries."""
         from scipy.sparse.csgraph import connected_components
 
-        names, blocks = tuple(possible.ENTRIES) if self.is_tilted else MOMENTS, []
+        names, blocks = tuple(possible.ENTRIES) if self.has_uncertain_axes else MOMENTS, []
         uncertain = np.flatnonzero(np.diag(self.covariance) > 0)
         _, label = connected_components(self.covariance[np.ix_(uncertain, uncertain)] != 0.0, directed=False)
         for block in (uncertain[label == k] for k in dict.fromkeys(label)):
@@ -85,12 +85,15 @@ class Distribution:
             # one product at a time, as the last bits of a matrix product depend on the number of rows
             for k, column in enumerate(columns):
                 entries[:, block] += normals[:, column, None] * factor[:, k]
-        if self.is_tilted:
+        if self.has_uncertain_axes:
             return possible.project_entries(entries, self.delta, self.axes)
         return *possible.project_moments(entries, self.delta), None
 
     def draw_spins(self, normals: np.ndarray, omega0: float, epsilon: float, phase: float) -> tuple[np.ndarray, ...]:
-        """Return spin rate, size and direction of the perturbation of each draw; rates and sizes are log-normal.
+        """Return spin rate, size and direction of the perturbation of each draw, shape (n,) each.
+
+        Rates and sizes are log-normal, with sizes reduced to `MAX_EPSILON` beyond it. The phase is normal, uniform over
+        the circle if its uncertainty is `ANY`. Quantities without an uncertainty have their nominal value.
 
         Args:
             normals: standard normals, shape (n, dimension).
@@ -99,25 +102,27 @@ class Distribution:
             phase: nominal direction of the perturbation, rad.
         """
         columns = dict(zip(self.inputs, self.groups, strict=True))
-        z = {name: normals[:, columns[name][0]] for name in SPIN if name in self.spin}
-        rate = np.full(len(normals), omega0) * self._log_normal_factors("omega0", z)
-        size = np.minimum(np.full(len(normals), epsilon) * self._log_normal_factors("epsilon", z), MAX_EPSILON)
+        spin_normals = {name: normals[:, columns[name][0]] for name in SPIN if name in self.spin}
+        rate = np.full(len(normals), omega0) * self._log_normal_factors("omega0", spin_normals)
+        size = np.minimum(
+            np.full(len(normals), epsilon) * self._log_normal_factors("epsilon", spin_normals), MAX_EPSILON
+        )
         if self.spin.get("phase") == ANY:
             from scipy.special import ndtr
 
-            return rate, size, phase + 2 * math.pi * ndtr(z["phase"])
-        return rate, size, phase + self.spin.get("phase", 0.0) * z.get("phase", np.zeros(len(normals)))
+            return rate, size, phase + 2 * math.pi * ndtr(spin_normals["phase"])
+        return rate, size, phase + self.spin.get("phase", 0.0) * spin_normals.get("phase", np.zeros(len(normals)))
 
-    def _log_normal_factors(self, name: str, z: Mapping[str, np.ndarray]) -> np.ndarray | float:
+    def _log_normal_factors(self, name: str, spin_normals: Mapping[str, np.ndarray]) -> np.ndarray | float:
         """Return log-normal factors of mean 1 and the requested relative standard deviation; 1 if exact."""
-        if name not in z:
+        if name not in spin_normals:
             return 1.0
         variance = math.log1p(self.spin[name] ** 2)
-        return np.exp(math.sqrt(variance) * z[name] - variance / 2)
+        return np.exp(math.sqrt(variance) * spin_normals[name] - variance / 2)
 
     def middle_theory(self, axis: int) -> float:
         """Return the probability that an axis is intermediate for normal moments; NaN if the axes vary."""
-        if self.is_tilted or not self._blocks:
+        if self.has_uncertain_axes or not self._blocks:
             return math.nan
         return possible.middle_probability(self.moments, self.covariance, axis)
 

@@ -95,11 +95,11 @@ class _Body:
         self.shape = normals.shape[:2]
         self.normals = normals.reshape(-1, normals.shape[2])
         inertia = self._run_tiles(lambda draws: distribution.inertia(self.normals[draws]), len(self.normals))
-        self.moments, self.impossible, self.rotations = inertia if distribution.is_tilted else (*inertia, None)
+        self.moments, self.impossible, self.rotations = inertia if distribution.has_uncertain_axes else (*inertia, None)
 
     def measure_spin(self, spin: SpinSettings) -> tuple[Columns, Columns]:
         """Measure one spin; see `measured`."""
-        rates = self._run_tiles(lambda draws: self._rates(self._points(draws, spin)), len(self.normals))
+        rates = self._run_tiles(lambda draws: self._measure_rates(self._points(draws, spin)), len(self.normals))
         count, size = self.shape
         first_draws = np.arange(
             min(size, 2 ** int(math.log2(max(MAX_FLIP_DRAWS / count, 1))))
@@ -128,7 +128,7 @@ class _Body:
         rotations = None if self.rotations is None else self.rotations[draws]
         return _kernel_points(self.distribution, self.moments[draws], rotations, self.normals[draws], spin)
 
-    def _rates(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    def _measure_rates(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return measured regimes and rates of points, with epsilon at most `MAX_RATE_EPSILON`."""
         from kernels.near_axis import survey
 
@@ -178,7 +178,10 @@ class _Body:
     # -- statistics
 
     def _linear_summary(self, rates: Mapping[str, np.ndarray], spin: SpinSettings) -> dict:
-        """Return probabilities and quantiles of the growth rates of all draws, and the class of stability."""
+        """Return the summary of all draws: probabilities, quantiles of growth rate and frequency, stability and status.
+
+        `stability` is 0 if almost no draw is unstable, 2 if almost all are, and 1 otherwise (see `MAX_DOUBT`).
+        """
         a = spin.axis - 1
         other_moments = [self.moments[:, axis] for axis in range(3) if axis != a]
         middle = (self.moments[:, a] > other_moments[0]) != (self.moments[:, a] > other_moments[1])
@@ -218,7 +221,7 @@ class _Body:
         moments = self.moments[:, axis - 1].reshape(self.shape)
         middle, error = designs.mean(moments.mean(axis=1))
         variance = distribution.covariance[axis - 1, axis - 1]
-        if distribution.is_tilted:  # variance of an entry along the axis, exact if the axes do not tilt
+        if distribution.has_uncertain_axes:  # variance of an entry along the axis, exact if the axes do not tilt
             direction = distribution.axes[axis - 1]
             weights = np.array([(1 + (i != j)) * direction[i] * direction[j] for i, j in possible.ENTRIES.values()])
             variance = max(weights @ distribution.covariance @ weights, 0.0)
@@ -238,7 +241,7 @@ class _Body:
 
         def rate2(normals):
             moments, _, rotations = distribution.inertia(normals)
-            rates = self._rates(_kernel_points(distribution, moments, rotations, normals, spin))
+            rates = self._measure_rates(_kernel_points(distribution, moments, rotations, normals, spin))
             return np.nan_to_num(rates["omega_squared_reduced"] / spin.omega0**2)
 
         half = max(designs.MIN_DRAWS, min(sampling.draws // DRAWS_PER_HALF, MAX_HALF_DRAWS))

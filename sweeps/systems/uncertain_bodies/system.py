@@ -142,7 +142,7 @@ def read_fraction(value: Any) -> float:
 Fraction = Annotated[float, BeforeValidator(read_fraction, json_schema_input_type=float | str)]
 
 
-def _fractions(count: int):
+def _fractions_validator(count: int):
     """Return a validator of `count` uncertainties, each a fraction or a percentage; a single one counts for all."""
 
     def check(value: Any) -> tuple[float, ...]:
@@ -155,7 +155,7 @@ def _fractions(count: int):
     return BeforeValidator(check, json_schema_input_type=float | str | list[float | str])
 
 
-def _covariance(value: Any) -> tuple[tuple[float, ...], ...]:
+def _read_covariance(value: Any) -> tuple[tuple[float, ...], ...]:
     """Return a covariance of 3 moments or 6 entries of a tensor as a tuple of rows; refuse other sizes."""
     rows = value if isinstance(value, tuple | list) else ()
     sizes = {len(row) if isinstance(row, tuple | list) else 0 for row in rows}
@@ -164,7 +164,7 @@ def _covariance(value: Any) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(finite(entry, COVARIANCE) for entry in row) for row in rows)
 
 
-def _phase(value: Any) -> float | str:
+def _read_phase(value: Any) -> float | str:
     """Return the standard deviation of a phase in rad, or "any"; refuse negative ones."""
     if value == distribution.ANY:
         return value
@@ -178,18 +178,18 @@ def _phase(value: Any) -> float | str:
 class Uncertainty(Strict):
     """Standard deviations of a body and its spin."""
 
-    moments: Annotated[tuple[float, ...], _fractions(3)] = key(
+    moments: Annotated[tuple[float, ...], _fractions_validator(3)] = key(
         f"of I1, I2 and I3 independently, relative: {FRACTION}, or a list of three"
     )
-    tensor: Annotated[tuple[float, ...], _fractions(6)] = key(
+    tensor: Annotated[tuple[float, ...], _fractions_validator(6)] = key(
         f"of the tensor's entries xx, yy, zz, xy, xz, yz independently, relative: {FRACTION}, or a list of six"
     )
-    covariance: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_covariance)] = key(
+    covariance: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_read_covariance)] = key(
         f"the whole covariance: {COVARIANCE}"
     )
     omega0: Fraction = key(f"of the spin rate, relative: {FRACTION}")
     epsilon: Fraction = key(f"of the size of the perturbation, relative: {FRACTION}")
-    phase: Annotated[float | str, BeforeValidator(_phase)] = key(
+    phase: Annotated[float | str, BeforeValidator(_read_phase)] = key(
         f"of the direction of the perturbation, rad: ≥ 0, or {distribution.ANY}"
     )
     inertia: Fraction = key(f"of the moments, or of the tensor where that is given: {FRACTION}")
@@ -276,7 +276,7 @@ class UncertainDefinition(NearAxisDefinition):
     @cached_property
     def distributions(self) -> dict[str, distribution.Distribution]:
         """Name → body with its uncertainty."""
-        return {body.name: _distribution(body, body.uncertainty or self.uncertainty) for body in self.bodies}
+        return {body.name: _make_distribution(body, body.uncertainty or self.uncertainty) for body in self.bodies}
 
     @model_validator(mode="after")
     def _check_uncertainty(self) -> "UncertainDefinition":
@@ -290,7 +290,7 @@ class UncertainDefinition(NearAxisDefinition):
             try:
                 if uncertainty is None:
                     raise InertiaError("", "is missing", f"{UNCERTAIN}, here or for all bodies")
-                _distribution(body, uncertainty)
+                _make_distribution(body, uncertainty)
             except InertiaError as error:
                 problems.append(Problem(key_path, error.shown, error.wrong, error.allowed))
         if problems:
@@ -298,8 +298,12 @@ class UncertainDefinition(NearAxisDefinition):
         return self
 
 
-def _distribution(body: UncertainBody, uncertainty: Uncertainty) -> distribution.Distribution:
-    """Return the distribution of moments or tensor of a body; refuse uncertainties that cannot be applied to it."""
+def _make_distribution(body: UncertainBody, uncertainty: Uncertainty) -> distribution.Distribution:
+    """Return the distribution of moments or tensor of a body.
+
+    Raises:
+        InertiaError: if no rigid body has the moments, or the uncertainty cannot be applied to the body.
+    """
     moments = np.array(body.moments)
     if reason := shapes.violation(body.moments):
         value = ", ".join(f"{moment:.6g}" for moment in moments)
@@ -400,7 +404,7 @@ class UncertainBodies(FreeBody):
             )
             measured = measuring.measure_spins(distribution, spins, definition.sampling(body), integration)
             for number, (summary, draws) in zip(numbers, measured, strict=False):
-                _store(columns, number, summary, draws, inputs)
+                _store_columns(columns, number, summary, draws, inputs)
         return columns
 
     def method(self, definition: UncertainDefinition) -> str:
@@ -428,7 +432,9 @@ def _max_draws(definition: UncertainDefinition) -> int:
     return max(designs.count_draws(definition.sampling(body).draws) for body in definition.bodies)
 
 
-def _store(columns: dict[str, np.ndarray], number: int, summary: Mapping, draws: Mapping, inputs: list[int]) -> None:
+def _store_columns(
+    columns: dict[str, np.ndarray], number: int, summary: Mapping, draws: Mapping, inputs: list[int]
+) -> None:
     """Store summary and draws of spin number `number` in the columns; sensitivities at the body's own inputs."""
     for name, values in summary.items():
         if name.startswith("sensitivity"):

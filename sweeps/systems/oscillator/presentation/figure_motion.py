@@ -67,7 +67,7 @@ def frames(ds: xr.Dataset, model: "Model") -> Iterator[np.ndarray]:
     states, _, _ = motions.solve(model.moving, parameters, start, np.tile(times, (len(runs), 1)), TOLERANCE)
     if not np.isfinite(states).all():
         return
-    yield from _draw(model, point, runs, states[:, :, : model.equations.m], times)
+    yield from _draw_frames(model, point, runs, states[:, :, : model.equations.m], times)
 
 
 def motion_near(point: xr.Dataset, regime: str, model: "Model") -> Run | None:
@@ -101,8 +101,11 @@ def motion_near(point: xr.Dataset, regime: str, model: "Model") -> Run | None:
 # -- drawing
 
 
-def _draw(model, point, runs, q, times):
-    """Yield the frames of the film: the picture, and the potential with a moving dot for each run, with a clock."""
+def _draw_frames(model, point, runs, q, times):
+    """Yield the frames of the film: the picture, the potential with a moving dot for each run, and a clock.
+
+    `q` has the coordinates of the runs, shape (runs, times, n), and `point` the value of each parameter by name.
+    """
     words = ",  ".join(animation.format_parameters(model.system, point))
     figure = animation.empty_stage(INCHES, DOTS, model.system.title, words, (11.0, 7.5))
     for k, run in enumerate(runs):
@@ -132,7 +135,10 @@ def _motion_lines(ax, runs, **props):
 
 
 def _draw_scene(ax, model, point, runs, q):
-    """Draw the picture: the moving parts of each run and its equilibrium in its colour, masses with trails."""
+    """Draw the resting parts of the picture, and each run's equilibrium in its colour.
+
+    Return a function of the instant k that sets the moving parts, masses with trails, and returns their artists.
+    """
     elements, reach = [], 0.0
     equilibria = np.array([run.place for run in runs])
     states_and_rest = (
@@ -155,7 +161,7 @@ def _draw_scene(ax, model, point, runs, q):
 
 
 def _draw_valley(ax, model, point, runs, q):
-    """Draw V over one turn of the angle, in units of half its height."""
+    """Draw V over one turn of the angle, in units of half its height; return the setter of the moving dots."""
     height = _potential_function(model, point)
     theta = np.linspace(*WINDOW, 361)
     unit = 0.5 * np.ptp(height(theta[:, None])) or 1.0
@@ -167,7 +173,7 @@ def _draw_valley(ax, model, point, runs, q):
 
 
 def _draw_contours(ax, model, point, runs, q):
-    """Draw contours of V over both angles."""
+    """Draw contours of V over both angles and circles at the equilibria; return the setter of the moving dots."""
     height = _potential_function(model, point)
     angle = np.linspace(*WINDOW, 121)
     grid = np.stack(np.meshgrid(angle, angle), axis=-1)
@@ -186,7 +192,11 @@ def _draw_contours(ax, model, point, runs, q):
 
 
 def _dot_setter(ax, runs, q, project):
-    """Return a function that moves dots with trails on a curve, with gaps at the jumps of periodic angles."""
+    """Return a function of the instant k that sets a dot and a trail of each run, and returns these artists.
+
+    `project` maps states, shape (n, coordinates), to the (x, y) of the panel. Trails have gaps where an angle jumps by
+    a turn.
+    """
     trails, dots = _motion_lines(ax, runs, lw=3.0, alpha=0.35), _motion_lines(ax, runs, marker="o", ms=7)
     trail_length = TRAIL * FINER * sheets.current_film.get().frame_factor
 

@@ -34,7 +34,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
     Equal panels are drawn once; a mode that is marginal everywhere is named only.
     """
-    x, y, _ = planes.sides(ds["omega_squared"], ("equilibrium", "mode"))
+    x, y, _ = planes.longest_parameters(ds["omega_squared"], ("equilibrium", "mode"))
     subset = _select(ds, x, y)
     panels, marginal = _panels(subset)
     coordinates = [name for name in ds.data_vars if name.endswith("_equilibrium")]

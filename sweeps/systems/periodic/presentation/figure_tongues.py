@@ -47,7 +47,7 @@ def draw(
         The figure; None if fewer than two parameters vary, or if it had a single colour.
     """
     subset = ds[["regime", "growth_per_period", "status", *_margins(ds)]].sel(at)
-    x, y, third = planes.sides(subset["regime"], ())
+    x, y, third = planes.longest_parameters(subset["regime"], ())
     if y is None:
         return None
     subset = subset.isel(planes.cut_indices(subset["regime"], (x, y), (third,))).load()

@@ -41,7 +41,7 @@ def frames(ds: xr.Dataset, inverse: bool) -> Iterator[np.ndarray]:
     at_rest = {f"depth{i}": 0.0 for i in (1, 2, 3)}
     motions = [integrate(point | depths, inverse, times) for depths in ({}, at_rest)]
     if motions[0][1][:, int(point["axis"]) - 1].min() > 0.0:  # the shaken body does not flip from this start
-        yield from _draw(point, times, motions)
+        yield from _draw_frames(point, times, motions)
 
 
 def growth(I1, I2, I3, axis):
@@ -94,7 +94,7 @@ def integrate(point: dict[str, float], inverse: bool, times: np.ndarray) -> tupl
     return moments(times), attitude[:, 2], attitude
 
 
-def _draw(point, times, motions):
+def _draw_frames(point, times, motions):
     """Yield the frames of the film: the modulated and the unmodulated body, and the tilt of L over time for both."""
     axis, trail_length = int(point["axis"]), FINER * TRAIL * sheets.current_film.get().frame_factor
     depths = ", ".join(f"I{i} by {100 * abs(point[f'depth{i}']):.3g} %" for i in (1, 2, 3) if point[f"depth{i}"])

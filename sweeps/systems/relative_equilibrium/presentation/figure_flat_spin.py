@@ -32,7 +32,7 @@ def frames(ds: xr.Dataset) -> Iterator[np.ndarray]:
     if point is None:
         return
     times, momenta = integrate(point)
-    yield from _draw(point, times, momenta)
+    yield from _draw_frames(point, times, momenta)
 
 
 def fastest_growth(ds: xr.Dataset) -> dict[str, float] | None:
@@ -82,7 +82,7 @@ def tilt_angle(momenta: np.ndarray) -> np.ndarray:
     return np.arctan2(np.hypot(momenta[:, 0], momenta[:, 1]), np.abs(momenta[:, 2]))
 
 
-def _draw(point, times, momenta):
+def _draw_frames(point, times, momenta):
     """Yield the frames of the film: the path of L on the body's sphere, and its tilt over time with linear theory."""
     moments = ("axial_moment", "transverse_moment", "slug_moment")
     axial, transverse, slug = (wording.format_number(point[name], 3) for name in moments)

@@ -13,7 +13,8 @@ from sweeps.systems.relative_equilibrium.system import REGIMES
 
 MAX_PANELS = 6  # panels that fit a page
 ROUNDING = 1e-12  # rounding error of a margin, relative to its largest value
-STEADY = ("asymptotically_stable", "stable", "marginal")  # regimes inside theory's boundary
+STABLE_REGIMES = ("asymptotically_stable", "stable", "marginal")  # regimes inside theory's boundary
+STABLE_CODES = [REGIMES.index(name) - 1 for name in STABLE_REGIMES]  # codes in a map, which begin at -1
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
@@ -22,10 +23,10 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     If nothing grows or decays in any panel, colours are angular frequencies; a panel of one colour is described in
     words.
     """
-    x, y, third = planes.sides(ds["growth_rate"], ("equilibrium", "eigenvalue"))
-    subset = _select(ds, x, y, third)
+    x, y, third = planes.longest_parameters(ds["growth_rate"], ("equilibrium", "eigenvalue"))
+    subset = _select_planes(ds, x, y, third)
     top = round_up(np.abs(subset["relative"].values)) if y else 0.0
-    panels, uniform_panels = _panels(ds, subset, third, top)
+    panels, uniform_panels = _split_panels(ds, subset, third, top)
     subtitle = "\n".join([planes.subtitle(ds, subset, ds["growth_rate"], APPEARANCE), *uniform_panels])
     figure, axes = canvas.make_panels(len(panels), (3.9, 3.2), ds.attrs.get("title", ""), subtitle, ax)
     regimes = Regimes(REGIMES, APPEARANCE, top)
@@ -44,7 +45,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     return figure
 
 
-def _panels(ds, subset, third, top):
+def _split_panels(ds, subset, third, top):
     """Return (title, content) of the panels, equal panels once, and lines of words for panels of one colour."""
     panels = []
     for e in subset["equilibrium"].values:
@@ -62,7 +63,7 @@ def _panels(ds, subset, third, top):
     return drawn_panels[:MAX_PANELS], uniform_panels
 
 
-def _select(ds, x, y, third):
+def _select_planes(ds, x, y, third):
     """Select both ends and the middle of a third dimension, and the middle of every dimension but x and y."""
     names = ["growth_rate", "growth_rate_theory", "rate_scale", "regime", "regime_theory", "status"]
     indices = planes.cut_indices(ds["growth_rate"], (x, y), (third, "equilibrium", "eigenvalue"))
@@ -93,19 +94,20 @@ def _draw_map(ax, panel, x, y, regimes):
     panel = panel.transpose(..., y, x)
     edges = axis_scales.cell_edges(panel[x].values), axis_scales.cell_edges(panel[y].values)
     regimes.paint(ax, *edges, *(panel[name].values for name in ("regime", "relative", "status")))
-    for margin in _margins(panel):
+    for margin in _stability_functions(panel):
         rounding = ROUNDING * np.nanmax(np.abs(margin), initial=0.0)
         planes.boundary(ax, panel[x].values, panel[y].values, margin, rounding, "theory's boundary")
     planes.label_axes(ax, panel, x, y)
 
 
-def _margins(panel):
-    """Return two functions of theory that change sign at the boundary of stability, and are smooth there.
+def _stability_functions(panel):
+    """Return two arrays of the panel's shape that change sign, smoothly, at theory's boundary of stability.
 
+    Both are NaN at points that are neither stable by theory nor a neighbour, in the grid, of a stable point.
     The first is the product of all eigenvalues. The second is the product of the sums of two of them (Orlando's
     formula); for pairs ±λ it is the discriminant of λ², a determinant of power sums.
     """
-    is_stable = np.isin(panel["regime_theory"].values, [REGIMES.index(name) - 1 for name in STEADY])
+    is_stable = np.isin(panel["regime_theory"].values, STABLE_CODES)
     growth, scale = panel["growth_rate_theory"].values, panel["rate_scale"].values
     eigenvalues = panel["eigenvalues"].transpose("eigenvalue", ...).values / scale
     n = len(eigenvalues)
@@ -127,7 +129,7 @@ def _draw_over_one(ax, panel, x):
     values = panel[x].values
     ax.axhline(0.0, color=colors.FAINT, lw=0.8)
     ax.plot(values, panel["growth_rate_theory"].values, color=colors.INK, lw=0.9, gid="theory", label="theory")
-    for margin in _margins(panel):
+    for margin in _stability_functions(panel):
         for k in np.flatnonzero(margin[1:] * margin[:-1] < 0.0):
             limit = values[k] - margin[k] * (values[k + 1] - values[k]) / (margin[k + 1] - margin[k])
             ax.axvline(limit, color=colors.QUIET, lw=0.9, ls=(0, (4, 2)), gid="limit")

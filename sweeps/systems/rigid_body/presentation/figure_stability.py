@@ -57,13 +57,13 @@ def plane_and_cuts(ds: Dataset) -> tuple[tuple[str, ...], dict[str, float]]:
     """
     longest = sorted(MOMENTS, key=lambda name: -ds.sizes[name])[:2]
     sides = tuple(name for name in MOMENTS if name in longest and ds.sizes[name] > 1)
-    fixed = {name: _middle(ds[name].values) for name in (*MOMENTS, "omega0", "phase") if name not in sides}
-    fixed["epsilon"] = float(ds["epsilon"].values.min())
+    fixed_values = {name: _middle(ds[name].values) for name in (*MOMENTS, "omega0", "phase") if name not in sides}
+    fixed_values["epsilon"] = float(ds["epsilon"].values.min())
     if len(sides) == 2:
         (third,) = set(MOMENTS) - set(sides)
-        fixed[third] = _most_balanced_value(ds, sides, third)
+        fixed_values[third] = _most_balanced_value(ds, sides, third)
     order = (*MOMENTS, "omega0", "epsilon", "phase")
-    return sides, {name: fixed[name] for name in order if name in fixed}
+    return sides, {name: fixed_values[name] for name in order if name in fixed_values}
 
 
 def _middle(values: np.ndarray) -> float:
@@ -84,13 +84,13 @@ def _most_balanced_value(ds: Dataset, sides: tuple[str, str], third: str) -> flo
     return best
 
 
-def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapping[str, float]) -> dict:
+def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed_values: Mapping[str, float]) -> dict:
     """Return the curves on which linear theory has Ω² = 0 about an axis: I_a = I_b and I_a = I_c.
 
     Args:
         axis: spin axis a, 1 to 3.
         window: moment → (least, greatest) value shown, of one moment or two, kg m2.
-        fixed: moment → value of each moment that is not in the window, kg m2.
+        fixed_values: moment → value of each moment that is not in the window, kg m2.
 
     Returns:
         Pair of moments ("I1", "I2") → moment → values along the boundary (a constant, or 200 points of a line), for
@@ -108,8 +108,8 @@ def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapp
         elif len(in_window) == 1:
             (third,) = set(pair) - set(in_window)
             low, high = window[in_window[0]]
-            if low < fixed[third] < high:
-                lines[pair] = {in_window[0]: np.full(200, fixed[third])}
+            if low < fixed_values[third] < high:
+                lines[pair] = {in_window[0]: np.full(200, fixed_values[third])}
     return lines
 
 
@@ -118,23 +118,23 @@ def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapp
 
 def draw(ds: Dataset, axis: int, ax: Axes | None = None) -> Figure | None:
     """Draw the stability about one axis: a map over two moments, or a curve over one; return None if none varies."""
-    sides, fixed = plane_and_cuts(ds)
+    sides, fixed_values = plane_and_cuts(ds)
     if not sides:
         return None
-    plane = _select_plane(ds, axis, sides, fixed)
+    plane = _select_plane(ds, axis, sides, fixed_values)
     title = f"Spin about axis {axis}: measured stability"
-    subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
+    subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed_values)}".strip()
     if len(sides) == 2:
         figure = canvas.make_figure(6.4, 5.9, title, subtitle, ax=ax)
-        return _draw_map(figure, plane, axis, sides, fixed)
-    return _draw_curve(canvas.make_figure(6.4, 4.8, title, subtitle, ax=ax), plane, axis, sides, fixed)
+        return _draw_map(figure, plane, axis, sides, fixed_values)
+    return _draw_curve(canvas.make_figure(6.4, 4.8, title, subtitle, ax=ax), plane, axis, sides, fixed_values)
 
 
 def _select_plane(
-    ds: Dataset, axis: int, sides: tuple[str, ...], fixed: Mapping[str, float]
+    ds: Dataset, axis: int, sides: tuple[str, ...], fixed_values: Mapping[str, float]
 ) -> Mapping[str, np.ndarray]:
     """Return the columns of a picture's plane (or line) and `signed_rate`, shape (…, x), at most `MAX_CELLS`²."""
-    indices = {name: int(np.flatnonzero(ds[name].values == value)[0]) for name, value in fixed.items()}
+    indices = {name: int(np.flatnonzero(ds[name].values == value)[0]) for name, value in fixed_values.items()}
     indices |= {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}
     indices |= {name: slice(None, None, -(-ds.sizes[name] // MAX_CELLS)) for name in sides}
     columns = {name: ds[name].values[indices[name]] for name in sides}
@@ -143,22 +143,30 @@ def _select_plane(
     for name in ("omega_squared", "triangle_margin", "status", "regime"):
         variable = ds[name].isel({dim: indices[dim] for dim in ds[name].dims if dim in indices})
         columns[name] = along(variable, sides[::-1])[np.ix_(*(order[dim] for dim in reversed(sides)))]
-    return columns | {"signed_rate": signed_rate(columns["omega_squared"], fixed["omega0"])}
+    return columns | {"signed_rate": signed_rate(columns["omega_squared"], fixed_values["omega0"])}
 
 
-def _draw_map(figure, plane, axis, sides, fixed) -> Figure:
-    """Draw signed rates over a plane of two moments, with statuses, boundaries, regions and bodies."""
+def _draw_map(figure, plane, axis, sides, fixed_values) -> Figure:
+    """Draw signed rates over a plane of two moments, with statuses, boundaries, regions and bodies.
+
+    Args:
+        figure: the empty figure.
+        plane: columns of `_select_plane`.
+        axis: spin axis, 1 to 3.
+        sides: names of the moments along x and y.
+        fixed_values: value of each further parameter by name.
+    """
     ax = figure.add_subplot()
     x, y = (axis_scales.cell_edges(plane[name]) for name in sides)
     mesh = _draw_cells(ax, x, y, plane)
     _set_axes(ax, plane, sides, x, y)
     (third,) = set(MOMENTS) - set(sides)
-    _hatch_impossible(ax, x, y, plane, fixed[third])
+    _hatch_impossible(ax, x, y, plane, fixed_values[third])
     mark_statuses(ax, *np.meshgrid(plane[sides[0]], plane[sides[1]]), plane["status"])
     window = {name: (e[0], e[-1]) for name, e in zip(sides, (x, y), strict=True)}
-    lines = boundaries(axis, window, fixed)
+    lines = boundaries(axis, window, fixed_values)
     _draw_boundaries(ax, lines, sides)
-    text_points = _mark_bodies(ax, sides, window, fixed[third])
+    text_points = _mark_bodies(ax, sides, window, fixed_values[third])
     _name_regions(ax, plane, sides, lines, text_points)
     draw_color_bar(figure, ax, mesh)
     canvas.draw_legend(figure, list(_legend_patches(plane)))
@@ -382,8 +390,11 @@ def draw_color_bar(figure: Figure, ax: Axes, mesh) -> None:
     marks.annotate(bar.ax, r"frequency $\Omega$ / $|\omega_0|$", (1.0, 0.75), (36, 0), color=colors.STABLE, **props)
 
 
-def _draw_curve(figure, line_values, axis, sides, fixed) -> Figure:
-    """Draw measured signed rates over the only moment that varies, with theory, boundaries and impossible ranges."""
+def _draw_curve(figure, line_values, axis, sides, fixed_values) -> Figure:
+    """Draw measured signed rates over the only moment that varies, with theory, boundaries and impossible ranges.
+
+    See `_draw_map` for the arguments; `sides` has the name of this moment alone.
+    """
     (name,) = sides
     ax = figure.add_subplot()
     cells = axis_scales.cell_edges(line_values[name])
@@ -393,8 +404,8 @@ def _draw_curve(figure, line_values, axis, sides, fixed) -> Figure:
     for y, va, word, color in side_labels:
         ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=marks.halo())
     theory_x = _spaced_values(ax.get_xscale(), cells[0], cells[-1])
-    moments = [theory_x if m == name else fixed[m] for m in MOMENTS]
-    rate = signed_rate(linear.omega_squared(*moments, fixed["omega0"], axis), fixed["omega0"])
+    moments = [theory_x if m == name else fixed_values[m] for m in MOMENTS]
+    rate = signed_rate(linear.omega_squared(*moments, fixed_values["omega0"], axis), fixed_values["omega0"])
     ax.axhline(0.0, color=colors.FAINT, lw=0.8, zorder=0)
     ax.plot(theory_x, rate, color=colors.QUIET, lw=1.2, label="linear theory", gid="theory")
     finite = np.isfinite(line_values["signed_rate"])
@@ -404,7 +415,7 @@ def _draw_curve(figure, line_values, axis, sides, fixed) -> Figure:
     switches = np.flatnonzero(np.diff(line_values["triangle_margin"] < 0, prepend=False, append=False))
     for first, end in switches.reshape(-1, 2):
         ax.axvspan(cells[first], cells[end], label="physically impossible", **props)
-    for pair, line in boundaries(axis, {name: (cells[0], cells[-1])}, fixed).items():
+    for pair, line in boundaries(axis, {name: (cells[0], cells[-1])}, fixed_values).items():
         ax.axvline(line[name][0], color=colors.INK, lw=1.2, gid=_pair_text(pair))
         _label_at_edge(ax, pair, (line[name][0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
     canvas.draw_legend(figure)

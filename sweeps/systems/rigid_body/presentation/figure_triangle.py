@@ -51,8 +51,8 @@ def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
 
 def draw_axis(ds: Dataset, axis: int, ax: Axes | None = None) -> Figure | None:
     """Draw the stability about one axis (as `figure_stability.draw`) of `ds`, a map over a grid of shapes."""
-    fixed = {name: float(ds[name].values[i]) for name, i in cut_at(ds).items()}
-    subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
+    fixed_values = {name: float(ds[name].values[i]) for name, i in cut_at(ds).items()}
+    subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed_values)}".strip()
     figure = canvas.make_figure(6.4, 5.9, f"Spin about axis {axis}: measured stability", subtitle, ax=ax)
     ax = figure.subplots()
     mesh = _draw_panel(ax, ds, axis, True)

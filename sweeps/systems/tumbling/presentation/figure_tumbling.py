@@ -32,12 +32,12 @@ def draw_periods(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     return _draw_planes(ds, ax)
 
 
-def _draw_planes(ds: xr.Dataset, place: Axes | None) -> Figure:
+def _draw_planes(ds: xr.Dataset, target_ax: Axes | None) -> Figure:
     """Draw the ratio of periods over I1/I3 and I2/I3, in a panel for each of several energies."""
     subtitle = f"{ds.attrs.get('title', '')}\nclosed form; at each energy $E = 2TI_3/L^2$"
     shared_axes = {"sharex": True, "sharey": True}
     figure, axes = canvas.make_panels(
-        PANELS, (4.0, 3.3), f"{TITLE} (long-axis convention)", subtitle, place, **shared_axes
+        PANELS, (4.0, 3.3), f"{TITLE} (long-axis convention)", subtitle, target_ax, **shared_axes
     )
     energies = np.linspace(0, 0.6 * (ds.sizes["energy"] - 1), PANELS + 1).round().astype(int)[1:]
     for ax, k in zip(axes, energies, strict=True):
@@ -55,7 +55,11 @@ def _draw_planes(ds: xr.Dataset, place: Axes | None) -> Figure:
 
 
 def _draw_plane(ax, plane: xr.Dataset):
-    """Draw log10 P_psi/P_phi over I1/I3 and I2/I3 at one energy, with the separatrix; return the coloured cells."""
+    """Draw log10 P_psi/P_phi over I1/I3 and I2/I3 at one energy, and return the coloured cells.
+
+    Cells with I2 < I1 or without a motion of this energy have the colour of the background. Impossible bodies are
+    hatched; a line marks the separatrix, I2/I3 = 1/E.
+    """
     I3 = float(plane["I3"])
     x, y = plane["I1"].values / I3, plane["I2"].values / I3
     ratio = plane["period_ratio"].transpose("I2", "I1").values
@@ -63,9 +67,9 @@ def _draw_plane(ax, plane: xr.Dataset):
     energy = float(plane["energy"])
     ax.set_facecolor(colors.FAINT)
     with np.errstate(divide="ignore", invalid="ignore"):
-        level = np.where(y[:, None] >= x[None, :], np.log10(ratio), np.nan)
+        log_ratio = np.where(y[:, None] >= x[None, :], np.log10(ratio), np.nan)
     props = {"cmap": sheets.color_map("logarithm"), "vmin": -1.5, "vmax": 1.5, "rasterized": True}
-    mesh = ax.pcolormesh(axis_scales.cell_edges(x), axis_scales.cell_edges(y), level, **props)
+    mesh = ax.pcolormesh(axis_scales.cell_edges(x), axis_scales.cell_edges(y), log_ratio, **props)
     margin = np.where(y[:, None] >= x[None, :], margin, 1.0)
     impossible = ax.contourf(x, y, margin, [-np.inf, 0.0], colors="none", hatches=["////"])
     impossible.set(edgecolor="black", lw=0.0)  # in every theme, as the cells are pale
@@ -78,7 +82,10 @@ def _draw_plane(ax, plane: xr.Dataset):
 
 
 def _period_ratio_curve(body, energies):
-    """Return energies and period ratios of a body, dense near the separatrix, at which the ratio diverges."""
+    """Return energies, and the closed-form ratio P_psi/P_phi (long-axis convention) of a body at each of them.
+
+    The energies span the given ones and are dense near the separatrix, E = I3/I2, at which the ratio diverges.
+    """
     low, high, separatrix = energies.min(), energies.max(), float(body["I3"] / body["I2"])
     distance = np.geomspace(1e-6, 1.0, STEPS)
     dense_energies = np.concatenate(
@@ -89,9 +96,9 @@ def _period_ratio_curve(body, energies):
     return dense_energies, columns["period_psi_exact"] / columns["period_phi_long_axis_exact"]
 
 
-def _draw_curves(ds: xr.Dataset, place: Axes | None) -> Figure:
+def _draw_curves(ds: xr.Dataset, target_ax: Axes | None) -> Figure:
     """Draw the ratio of periods of each body over energy, or as a dot for a single energy."""
-    figure = canvas.make_figure(8.0, 5.0, TITLE, f"{ds.attrs.get('title', '')}\nlong-axis convention", ax=place)
+    figure = canvas.make_figure(8.0, 5.0, TITLE, f"{ds.attrs.get('title', '')}\nlong-axis convention", ax=target_ax)
     ax, is_curve = figure.subplots(), "energy" in ds.dims
     for order, name in enumerate(ds["body"].values.tolist()):
         body = ds.isel(body=order).squeeze().load()
