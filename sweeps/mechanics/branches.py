@@ -107,8 +107,8 @@ def follow_branches(path: ParameterPath, max_slots: int) -> tuple[np.ndarray, np
     slots = np.full((len(roots), max_slots + SPARE_SLOTS), -1)
     for row, exists in zip(slots, ~np.isnan(roots).any(axis=-1), strict=True):
         assign_new_roots(row, [(j, 0.0) for j in np.flatnonzero(exists)], {})
-    shares = [0.0, *((step - STEP_SHIFT) / STEPS for step in range(1, STEPS)), 1.0]
-    for begin, end in pairwise(shares):
+    fractions = [0.0, *((step - STEP_SHIFT) / STEPS for step in range(1, STEPS)), 1.0]
+    for begin, end in pairwise(fractions):
         next_roots, is_proved = path.search(end)
         slots, is_continued = _continue_step(path, roots, next_roots, slots, begin, end)
         roots, is_decided = next_roots, is_decided & is_proved & is_continued
@@ -132,12 +132,13 @@ def assign_new_roots(slots, new, free_from) -> None:
         new: (index of the root, fraction of the path at which it appears).
         free_from: slot → the fraction from which it is free; missing slots are free throughout.
     """
-    shares = sorted({share for _, share in new})
-    first = {}
-    for k, share in enumerate(shares):  # both roots of a fold appear together, up to rounding
-        first[share] = first[shares[k - 1]] if k and share - shares[k - 1] <= MAX_GAP else share
-    for j, share in sorted(new, key=lambda root: (first[root[1]], root[0])):
-        free = [k for k, root in enumerate(slots) if root < 0 and free_from.get(k, -1.0) <= share + MAX_GAP]
+    fractions = sorted({fraction for _, fraction in new})
+    joint_fraction = {}
+    for k, fraction in enumerate(fractions):  # both roots of a fold appear together, up to rounding
+        is_joint = k and fraction - fractions[k - 1] <= MAX_GAP
+        joint_fraction[fraction] = joint_fraction[fractions[k - 1]] if is_joint else fraction
+    for j, fraction in sorted(new, key=lambda root: (joint_fraction[root[1]], root[0])):
+        free = [k for k, root in enumerate(slots) if root < 0 and free_from.get(k, -1.0) <= fraction + MAX_GAP]
         if free:
             slots[free[0]] = j
 

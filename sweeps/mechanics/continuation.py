@@ -225,9 +225,16 @@ def _follow_curves(collocation, start, branch):
 
 
 def _correct(collocation, u, row, G0, which):
-    """Return u with G(y) = (1 - s) G(y_0) in the plane across a row, the derivative there, and how Newton went.
+    """Return (points on the curve, derivative of G there, length of the first Newton step, converged) of each curve.
 
-    That is the length of the first correction, and whether the last one is short enough.
+    Solve G(y) = (1 - s) G(y_0) for u = (y, s) in the plane row · (u - start) = 0 by Newton's method.
+
+    Args:
+        collocation: the equations G.
+        u: starts (y, s), shape (curves, unknowns + 1).
+        row: normal vector of the plane, shape (curves, unknowns + 1).
+        G0: G(y_0), shape (curves, unknowns).
+        which: index of each curve's point.
     """
     count, unknowns = collocation.phases.size, u.shape[1] - 1
     u, A, active = u.copy(), np.zeros((len(u), unknowns, unknowns)), np.arange(len(u))

@@ -17,8 +17,9 @@ With a Rayleigh function R and forces Q, and everything a function of time too w
           + \frac{\partial V}{\partial q_i} = Q_i - \frac{\partial R}{\partial\dot q_i}
 
 Where b is a gradient (always so for one coordinate) it is a total derivative in the Lagrangian and leaves no force. The
-system is natural where nothing but a and V is left. Of states, f is as it is given, and conserved quantities are tested
-in 40 digits.
+system is natural where nothing but a and V is left. `System.kept` are the coordinates that are not cyclic, and
+`System.switches` symbols of functions that jump in time. Of states, f is as it is given, and conserved quantities are
+tested in 40 digits.
 
 Source: Landau and Lifshitz, Mechanics, sections 5, 23, 25 and 41; Goldstein, Classical Mechanics, sections 1.5, 6.2 and
 8.3; Merkin, Introduction to the Theory of Stability, chapter 6.

@@ -125,9 +125,9 @@ def refusal(problem: Landscape, equilibria: Equilibria, parameters) -> str:
 def _family_message(problem, direction):
     """Return the message that names the coordinates along which equilibria form a line, and the remedy."""
     is_changing = np.abs(direction) > SINGULAR
-    names = [place.name for place, share in zip(problem.places, is_changing, strict=True) if share]
-    shares = " : ".join(f"{share:.3g}" for share in direction[is_changing])
-    line = ", ".join(names) + (f" (in the ratio {shares} of their ranges)" if len(names) > 1 else "")
+    names = [place.name for place, is_in_line in zip(problem.places, is_changing, strict=True) if is_in_line]
+    ratio = " : ".join(f"{component:.3g}" for component in direction[is_changing])
+    line = ", ".join(names) + (f" (in the ratio {ratio} of their ranges)" if len(names) > 1 else "")
     remedy = (
         "a name for one of them" if problem.takes_members else f"a coordinate to hold (hold=…), {' or '.join(names)}"
     )
@@ -289,7 +289,10 @@ class EquilibriumSearch:
         return boxes[:, 0], np.stack([ranges[:-1], ranges[1:]], axis=-1)[cell_index]
 
     def search_boxes(self, constants, bounds, limits, starts=None, tape=None):
-        """Return (index, kind, boxes) of records of searches; boxes (records, 2, 2, n): the searched one, the root's.
+        """Return the boxes at which searches ended, as arrays (search, kind, boxes) with one row ("record") each.
+
+        `search` is an index into `bounds`, `kind` a code of `kernels.search.codes` (a unique zero, or why the box is
+        undecided), and `boxes` (records, 2, 2, n) are the searched box and the box about its root.
 
         Args:
             constants: rows of constants, one for each search.
@@ -438,8 +441,8 @@ class EquilibriumSearch:
         margin = EDGE_MARGIN * self.width[points]
         bounds = np.stack([self.low[points] - margin, self.high[points] + margin], axis=1)
         limit = max(MIN_BOXES, SEARCH_OPERATIONS // (len(self.problem.tape.rows) * (1 + self.n) * self.n))
-        shares = self.problem.is_steady and self.problem.tape.has_ranges and self.n <= MAX_SHARED_N and points.size
-        starts = self.shared_boxes(points, bounds, SHARED_WORK_FACTOR * limit) if shares else None
+        is_shared = self.problem.is_steady and self.problem.tape.has_ranges and self.n <= MAX_SHARED_N and points.size
+        starts = self.shared_boxes(points, bounds, SHARED_WORK_FACTOR * limit) if is_shared else None
         box_point, kind, boxes = self._search_refined(points, bounds, limit, starts)
         owner, is_root = points[box_point], kind == codes.UNIQUE_ZERO
         root, half_width = boxes[:, 1].mean(axis=1), 0.5 * (boxes[:, 1, 1] - boxes[:, 1, 0])
@@ -719,13 +722,13 @@ def _parameter_path(problem, parameters, places):
     return branches.ParameterPath(search, slopes, along, bounds, problem.periodic[free])
 
 
-def _interpolate_parameters(default, values, share):
+def _interpolate_parameters(default, values, fraction):
     """Return the parameters at a share of the path from a default to values; geometric if both are positive."""
-    linear = default + share * (values - default)
+    linear = default + fraction * (values - default)
     with np.errstate(all="ignore"):
-        geometric = default ** (1.0 - share) * values**share if default > 0 else linear
+        geometric = default ** (1.0 - fraction) * values**fraction if default > 0 else linear
     between = np.where((values > 0.0) & (default > 0.0), geometric, linear)
-    return np.where(share == 1.0, values, np.where(share == 0.0, default, between))
+    return np.where(fraction == 1.0, values, np.where(fraction == 0.0, default, between))
 
 
 def _relative_distances(problem, a, b, bounds):

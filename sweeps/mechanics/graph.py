@@ -34,7 +34,7 @@ from scipy.sparse.csgraph import connected_components
 
 from sweeps.schema.refusals import DescriptionError
 
-CONSTANT, X, ADD, MUL, DIV, FUNCTION, SOLVED = "constant", "x", "add", "mul", "div", "function", "solved"
+CONSTANT, STATE, ADD, MUL, DIV, FUNCTION, SOLVED = "constant", "x", "add", "mul", "div", "function", "solved"
 FIRST, SECOND, ABSOLUTE = range(3)
 MAX_PRODUCT_POWER = 16  # whole powers up to this one are written as products
 MODULES = [
@@ -49,9 +49,9 @@ TINY = sp.Float(1e-290)  # changes no number but 0, to sixteen digits
 class Node:
     """One node."""
 
-    kind: str  #: CONSTANT (of parameters), X (a state), ADD, MUL, DIV, FUNCTION or SOLVED
-    #: numbers of the nodes it is made of; the state's number for X; for SOLVED a's upper triangle by rows, then f
-    parts: tuple = ()
+    kind: str  #: CONSTANT (of parameters), STATE, ADD, MUL, DIV, FUNCTION or SOLVED
+    #: numbers of the nodes it is made of; the state's index for STATE; for SOLVED a's upper triangle by rows, then f
+    operands: tuple = ()
     #: for ADD one number a part; the expression of a CONSTANT; the FUNCTION; of SOLVED the row, and how many there are
     weights: tuple = ()
     zero: bool = False  #: its value at the equilibrium is exactly 0
@@ -90,7 +90,7 @@ class Graph:
         return self._numbers[node]
 
     def steepness(self, number: int) -> float | None:
-        """Return n of a function that is a high power u^n, 0 of an exponential, None of other functions."""
+        """Return n of a FUNCTION node u^n with a large n, 0 for exponentials, None for functions without pulses."""
         function = self.nodes[number].weights[0].expr
         if function.is_Pow and function.exp.is_number and function.exp > MAX_PRODUCT_POWER:
             return float(function.exp)
@@ -111,7 +111,7 @@ class Graph:
             if number not in nodes and self.depends_on_states(number):
                 nodes.add(number)
                 node = self.nodes[number]
-                stack += node.parts if node.kind != X else ()
+                stack += node.operands if node.kind != STATE else ()
                 stack += [self.slopes[number]] if slopes and node.kind == FUNCTION else []
         return sorted(nodes)
 
@@ -129,7 +129,7 @@ class Graph:
         if not e.free_symbols & self._state_symbols:
             return self.add(Node(CONSTANT, (), (e,), e == 0))
         if e.is_Symbol:
-            return self.add(Node(X, (self.states.index(e),), (), self.near and e in self.equations.still))
+            return self.add(Node(STATE, (self.states.index(e),), (), self.near and e in self.equations.still))
         if e.is_Add:
             return self._build_sum(e)
         if e.is_Mul:
@@ -189,8 +189,8 @@ class Graph:
         """Return (first node of its linear system, a's entries by (i, j), f) of a SOLVED node."""
         node = self.nodes[number]
         row, m = node.weights
-        a = dict(zip(((i, j) for i in range(m) for j in range(i, m)), node.parts, strict=False))
-        return number - row, a | {(j, i): entry for (i, j), entry in a.items()}, node.parts[-m:]
+        a = dict(zip(((i, j) for i in range(m) for j in range(i, m)), node.operands, strict=False))
+        return number - row, a | {(j, i): entry for (i, j), entry in a.items()}, node.operands[-m:]
 
     def build_zero(self, expression) -> int:
         """Return the node of a value that vanishes at an equilibrium: its base is exactly 0 there, without rounding."""
@@ -372,8 +372,8 @@ def compile_expression(arguments, expressions, broadcast=True):
 class Values:
     """Values at equilibria and deviations from them, by the same rules as the kernel's, in NumPy.
 
-    Functions' remainders are integrals, by a quadrature with so many nodes. Arguments of no function have no deviation
-    here, and far from equilibria no value.
+    Local variables `hat` contain deviations û. Functions' remainders are integrals, by a quadrature with so many nodes.
+    Arguments of no function have no deviation here, and far from equilibria no value.
     """
 
     def __init__(self, graph: Graph, nodes: int):
@@ -399,15 +399,15 @@ class Values:
             node = self.graph.nodes[number]
             if node.zero:
                 U[number] = nothing
-            elif node.kind == X:
-                U[number] = q0[node.parts[0]]
+            elif node.kind == STATE:
+                U[number] = q0[node.operands[0]]
             elif node.kind == ADD:
-                U[number] = sum(w * U[k] for w, k in zip(node.weights, node.parts, strict=True))
+                U[number] = sum(w * U[k] for w, k in zip(node.weights, node.operands, strict=True))
             elif node.kind in (MUL, DIV):
-                a, b = (U[k] for k in node.parts)
+                a, b = (U[k] for k in node.operands)
                 U[number] = a * b if node.kind == MUL else a / b
             elif node.kind == FUNCTION:
-                (U[number],) = self._functions[number](U[node.parts[0]], *parameters)
+                (U[number],) = self._functions[number](U[node.operands[0]], *parameters)
         return U, {number: U[slope] for number, slope in self.graph.slopes.items()}
 
     def deviations(self, U, slopes, parameters, epsilon, x):
@@ -423,18 +423,18 @@ class Values:
         hat, remainders = [np.zeros_like(x[0])] * len(self.graph.nodes), {}
         for number in self._function_dependencies:
             node = self.graph.nodes[number]
-            if node.kind == X:
-                hat[number] = x[node.parts[0]]
+            if node.kind == STATE:
+                hat[number] = x[node.operands[0]]
             elif node.kind == ADD:
-                hat[number] = sum(w * hat[k] for w, k in zip(node.weights, node.parts, strict=True))
+                hat[number] = sum(w * hat[k] for w, k in zip(node.weights, node.operands, strict=True))
             elif node.kind == MUL:
-                a, b = node.parts
+                a, b = node.operands
                 hat[number] = U[a] * hat[b] + (U[b] + epsilon * hat[b]) * hat[a]
             elif node.kind == DIV:
-                a, b = node.parts
+                a, b = node.operands
                 hat[number] = (hat[a] - U[number] * hat[b]) / (U[b] + epsilon * hat[b])
             elif node.kind == FUNCTION:
-                u = node.parts[0]
+                u = node.operands[0]
                 remainders[number] = self._remainder(number, U[u], epsilon, hat[u], parameters)
                 hat[number] = slopes[number] * hat[u] + epsilon * remainders[number]
         return hat, remainders

@@ -85,12 +85,7 @@ def _linear_theory(landscape, parameters, place, uncertainty):
     uncertain = np.nan_to_num(np.einsum("pik,pij,pjk->pk", np.abs(vectors), changes, np.abs(vectors)))
     even = _is_two_sided(landscape.third(*parameters, *q), terms, a, sizes)
     linear = {"squares": squares, "modes": vectors, "a": a, "scale": S, "sizes": sizes}
-    return linear | {
-        "twice": even,
-        "terms": terms,
-        "positive": modes.is_positive_definite(a),
-        "uncertain": uncertain,
-    }
+    return linear | {"twice": even, "terms": terms, "positive": modes.is_positive_definite(a), "uncertain": uncertain}
 
 
 def _is_two_sided(third, terms, a, sizes):
@@ -172,13 +167,7 @@ def _perturbation(points, theory, rows, direction):
     if direction is None:
         units = np.ones(rows.size)
         along, projection = first * unit[:, None], np.einsum("pjk,pji->pki", vectors, a) / unit[:, None, None]
-        return {
-            "along": along,
-            "projection": projection,
-            "start": units,
-            "reach": units,
-            "allowed": 0.0 * units,
-        }
+        return {"along": along, "projection": projection, "start": units, "reach": units, "allowed": 0.0 * units}
     along = np.asarray(direction, dtype=np.float64) / np.abs(direction).max()
     along = along / np.abs(along / sizes).max(axis=1)[:, None]
     norm = np.sqrt(np.einsum("pi,pij,pj->p", along, a, along))
@@ -210,14 +199,15 @@ def _integrate_runs(model, points, theory, rows, perturbation, sampling):
     signs = (1.0, -1.0) if theory["twice"][rows].any() else (1.0, 1.0)  # the second is not read
     motions = [(size * epsilon, sign * x.T) for size in SIZES for sign in signs]
     starts = model.code.starts(parameters, theory["place"][rows], motions)[:, None]
-    places, m = perturbation["projection"], model.equations.m
+    projection, m = perturbation["projection"], model.equations.m
     project = np.zeros((rows.size, m + 1, 2 * m))
-    project[:, 0, :m], project[:, 1, m:], project[:, 2:, :m] = places[:, 0], places[:, 0] / S[:, None], places[:, 1:]
+    project[:, 0, :m], project[:, 1, m:] = projection[:, 0], projection[:, 0] / S[:, None]
+    project[:, 2:, :m] = projection[:, 1:]
     is_two_sided = theory["twice"][rows].astype(np.int64)
-    family = m * np.asarray(points["equilibrium"], dtype=np.int64)[rows] + mode
+    block_group = m * np.asarray(points["equilibrium"], dtype=np.int64)[rows] + mode  # such points share blocks
     given_values = np.stack([perturbation["start"], perturbation["allowed"]], axis=1)
     return kernel.measure_points(
-        model.code.integrator(), Runs(starts, project, S, epsilon, is_two_sided, family, given_values), sampling
+        model.code.integrator(), Runs(starts, project, S, epsilon, is_two_sided, block_group, given_values), sampling
     )
 
 

@@ -438,10 +438,14 @@ class BaseMotions:
         return tuple(np.sum(terms, axis=0) for terms in zip(*means, strict=True))
 
     def _named_curves(self, which, rates):
-        """Return a function of points' numbers and phases: the curves y_0 of `continuation`, relative to the sizes.
+        """Return the function (indices in `which`, phases) → curves y_0 of `continuation`, relative to the sizes.
 
-        They stay at the named place, or, if no equilibrium without the drive is near, follow the motion from there for
-        a period, less a ramp that closes it.
+        The curves stay at the named place; if no equilibrium without the drive is near, they follow the motion from
+        there for a period, less a ramp that closes it.
+
+        Args:
+            which: indices of points.
+            rates: of these points, as of `continuation.follow_motions`.
         """
         places, sizes = self.start[which, : self.model.equations.m], self.sizes[which, : self.model.equations.m]
         is_moving = ~continuation.is_equilibrium(rates, self.sizes[which], places)

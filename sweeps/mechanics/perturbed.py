@@ -32,7 +32,7 @@ import sympy as sp
 from kernels.compile.blocks import W
 from kernels.flow.codes import FAR_ORDER as ORDER
 from kernels.flow.matrices import find_coupled
-from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, Graph, X
+from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, STATE, Graph
 from sweeps.mechanics.series import Series, sum_text
 
 TEXT = '''"""{title}: one Taylor step of order {order} of a motion and of perturbed ones, for {W} lanes."""
@@ -68,7 +68,7 @@ class PerturbedCode(Series):
 
     Rows, each W long: of the base motion (those of :class:`Series`, and epsilon), of a perturbed motion (x
     deviations of the states; e their truncation so far; w deviations of functions), and the terms of the base motion.
-    Kinds of terms: H deviation û, F = U + εû, T = F + U.
+    Kinds of terms: B the base motion's U, H deviation û, F = U + εû, T = F + U. Local variables `hat` contain û.
     """
 
     #: quadrature nodes of remainders: their error is 1e-11 for ε û = 0.1, far less than the amplitude's effect
@@ -171,20 +171,20 @@ class PerturbedCode(Series):
         node = self.graph.nodes[number]
         if not self._has_deviation(number):
             return None
-        if node.kind == X:
-            (i,) = node.parts
+        if node.kind == STATE:
+            (i,) = node.operands
             return self._row_text("x", i) if n == 0 else self._rate_text("H", i, n)
         if node.kind == ADD:
             return self._sum_text("H", node, n)
         if node.kind == MUL:
-            a, b = node.parts
+            a, b = node.operands
             if a == b:
                 return sum_text(self._product_texts(("T", a), ("H", a), n)) or None
             a, b = (a, b) if self._has_deviation(a) else (b, a)
             terms = self._product_texts(("H", a), ("F" if self._has_deviation(b) else "B", b), n)
             return sum_text([*terms, *self._product_texts(("B", a), ("H", b), n)]) or None
         if node.kind == DIV:
-            a, b = node.parts
+            a, b = node.operands
             terms = [x for x in (self._term_name("H", a, n),) if x] + self._product_texts(
                 ("B", number), ("H", b), n, 0, "-"
             )
@@ -192,7 +192,7 @@ class PerturbedCode(Series):
             return f"({sum_text(terms)}) * {self._term_name('r', b, 0)}" if terms else None
         if n == 0:
             return self._row_text("w", number)
-        inner, slope = node.parts[0], self.graph.slopes[number]
+        inner, slope = node.operands[0], self.graph.slopes[number]
         terms = self._product_texts(("K", inner), ("H", slope), n, 1) + self._product_texts(
             ("k", inner), ("F", slope), n, 1
         )
@@ -207,7 +207,9 @@ class PerturbedCode(Series):
         key = ("states", number)
         if key not in self._names:
             node = self.graph.nodes[number]
-            self._names[key] = {*node.parts} if node.kind == X else set().union(*map(self._state_numbers, node.parts))
+            self._names[key] = (
+                {*node.operands} if node.kind == STATE else set().union(*map(self._state_numbers, node.operands))
+            )
         return self._names[key]
 
     # -- the module

@@ -298,7 +298,7 @@ def _integrate_runs(model, points, theory, chunk, runs, sampling):
     Args:
         model: the system.
         points: as of :func:`measure_points`.
-        theory: of :func:`theory`; its parameters, place, sizes, basis and scale are used.
+        theory: result of :func:`theory`; `parameters`, `place`, `sizes`, `basis` and `scale` are used.
         chunk: indices of the points.
         runs: number of directions of the perturbation.
         sampling: length and samples of a run.
@@ -315,9 +315,9 @@ def _integrate_runs(model, points, theory, chunk, runs, sampling):
     starts = [(size * epsilon, sign * y.T) for y in x for size, sign in motions]
     starts = model.code.starts(parameters, theory["place"][chunk], starts).reshape(chunk.size, runs, len(motions), -1)
     project = np.ascontiguousarray(np.swapaxes(basis, 1, 2) / sizes[:, None, :])
-    family = np.asarray(points["equilibrium"], dtype=np.int64)[chunk]
+    block_group = np.asarray(points["equilibrium"], dtype=np.int64)[chunk]  # points of a group share blocks of lanes
     scale = theory["scale"][chunk]
-    batch = Runs(starts, project, scale, epsilon, is_two_sided, family, scale[:, None])
+    batch = Runs(starts, project, scale, epsilon, is_two_sided, block_group, scale[:, None])
     return kernel.measure_points(model.code.integrator(), batch, len(model.quantities), sampling)
 
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from kernels.compile.blocks import W
 from kernels.flow.codes import FAR_ORDER as ORDER
-from sweeps.mechanics.graph import ADD, CONSTANT, DIV, MUL, SOLVED, Graph, X
+from sweeps.mechanics.graph import ADD, CONSTANT, DIV, MUL, SOLVED, STATE, Graph
 from sweeps.mechanics.taylor import HEADER, WRAPPER_TEXT, Generated, factor_lines, indices_newest_last, solution_lines
 
 EXPAND = {"constant": "SERIES", "name": "expand", "words": "Write the terms of every lane's series."}
@@ -36,8 +36,9 @@ def sum_text(terms: list[str]) -> str:
 class Series(Generated):
     """Lines that compute the terms of a motion, B of each node; `still`: it stays at an equilibrium.
 
-    The last state of the graph is the time. Rows of the scratch array: X the states, U functions' values and constants,
-    h the step.
+    The last state of the graph is the time. In all methods `number` is the index of a node in the graph, n the order of
+    a term, and a term's key is (kind, number, n). Rows of the scratch array: X the states, U functions' values and
+    constants, h the step.
     """
 
     #: kind of a term → the method that returns its text: B the motion's term U_n, K n times it, R the reciprocal
@@ -128,8 +129,8 @@ class Series(Generated):
             if n or e == 0:
                 return None
             return repr(float(e)) if e.is_number else self._row_text("U", number)
-        if node.kind == X:
-            (i,) = node.parts
+        if node.kind == STATE:
+            (i,) = node.operands
             if n == 0:
                 return self._row_text("X", i)
             if self.still and i != self.time:
@@ -138,16 +139,16 @@ class Series(Generated):
         if node.kind == ADD:
             return self._sum_text("B", node, n)
         if node.kind == MUL:
-            a, b = node.parts
+            a, b = node.operands
             return self._square_text(a, n) if a == b else sum_text(self._product_texts(("B", a), ("B", b), n)) or None
         if node.kind == DIV:
-            a, b = node.parts
+            a, b = node.operands
             terms = [x for x in (self._term_name("B", a, n),) if x]
             terms += self._product_texts(("B", b), ("B", number), n, 1, "-")
             return f"({sum_text(terms)}) * {self._term_name('R', b, 0)}" if terms else None
         if n == 0:
             return self._row_text("U", number)
-        terms = self._product_texts(("K", node.parts[0]), ("B", self.graph.slopes[number]), n, 1)
+        terms = self._product_texts(("K", node.operands[0]), ("B", self.graph.slopes[number]), n, 1)
         return f"{1.0 / n!r} * ({sum_text(terms)})" if terms else None
 
     def _rate_text(self, kind, i, n):
@@ -158,7 +159,7 @@ class Series(Generated):
     def _sum_text(self, kind, node, n):
         """Return the text of the n-th term, of a kind, of a weighted sum; None if it vanishes."""
         text = ""
-        for weight, number in zip(node.weights, node.parts, strict=True):
+        for weight, number in zip(node.weights, node.operands, strict=True):
             if term := self._term_name(kind, number, n):
                 text += f" {'-' if weight < 0 else '+'} {term if abs(weight) == 1.0 else f'{abs(weight)!r} * {term}'}"
         return text.removeprefix(" + ").strip() or None
@@ -168,7 +169,12 @@ class Series(Generated):
         return [self._term_name(kind, number, n) for n in range(ORDER + 1)]
 
     def with_rows(self, lines: list[str], first: int = 0) -> str:
-        """Return lines as text, with rows in place of placeholders; rows of perturbed motions begin at `first`."""
+        """Return lines as text, with a row's address in place of each placeholder of :meth:`_row_text`.
+
+        Args:
+            lines: lines of code with placeholders <kind number>.
+            first: index of the first row of perturbed motions.
+        """
 
         def place(match):
             """Return the index of the row that a placeholder names, times W, plus the lane."""
@@ -241,7 +247,7 @@ class Moving(Series):
 
         If exp(-u) or u^n is negligible, so are all its terms, however close its pulse is.
         """
-        steep = {(self.graph.nodes[f].parts[0], self.graph.steepness(f)) for f in self.graph.slopes}
+        steep = {(self.graph.nodes[f].operands[0], self.graph.steepness(f)) for f in self.graph.slopes}
         return sorted((k, n) for k, n in steep if n is not None)
 
     def _bound_lines(self):

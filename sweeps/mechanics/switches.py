@@ -87,7 +87,7 @@ class Rewriting:
         return total
 
     def _condition_indicator(self, condition):
-        """Return 1 if a condition is met, else 0."""
+        """Return 1 if a condition is met, else 0: a product for And, a step of a switch for an inequality in time."""
         if isinstance(condition, sp.And):
             return sp.Mul(*map(self._condition_indicator, condition.args))
         if isinstance(condition, sp.Or):

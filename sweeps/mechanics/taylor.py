@@ -32,7 +32,7 @@ import numpy as np
 from kernels.compile.blocks import W
 from kernels.compile.cache import cache_folder, load
 from kernels.flow.codes import ORDER
-from sweeps.mechanics.graph import ABSOLUTE, ADD, CONSTANT, DIV, FIRST, FUNCTION, MUL, SOLVED, Graph, Values, X
+from sweeps.mechanics.graph import ABSOLUTE, ADD, CONSTANT, DIV, FIRST, FUNCTION, MUL, SOLVED, STATE, Graph, Values
 from sweeps.process.files import replace_output
 
 HEADER = '''"""{title}: one Taylor step of order {order}, and what is conserved, for {W} lanes."""
@@ -203,13 +203,13 @@ class Code(Generated):
         """Return the lines that compute û_n of a node."""
         node = self.graph.nodes[number]
         name = f"u{number}_{n}"
-        if node.kind == X:
-            (i,) = node.parts
+        if node.kind == STATE:
+            (i,) = node.operands
             return [f"{name} = {f'x{i}' if n == 0 else self._rate_text(i, n)}"]
         if node.kind == ADD:
             return [f"{name} = {self._sum_text(node, n)}"]
         if node.kind == MUL:
-            return [f"{name} = {self._product_text(*node.parts, n)}"]
+            return [f"{name} = {self._product_text(*node.operands, n)}"]
         if node.kind == DIV:
             return self._quotient_lines(number, node, n, name)
         if node.kind == SOLVED:
@@ -226,7 +226,7 @@ class Code(Generated):
     def _sum_text(self, node, n):
         """Return the text of û_n of a weighted sum; "0.0" if no part depends on the states."""
         text = ""
-        for weight, number in zip(node.weights, node.parts, strict=True):
+        for weight, number in zip(node.weights, node.operands, strict=True):
             hat = self._deviation_name(number, n)
             if hat is None:
                 continue
@@ -258,7 +258,7 @@ class Code(Generated):
 
     def _quotient_lines(self, number, node, n, name):
         """Return the lines that assign û_n of a quotient; at n = 0 also the reciprocal of the divisor."""
-        above, below = node.parts
+        above, below = node.operands
         lines, terms = [], [self._deviation_name(above, n) or "0.0"]
         if n == 0:
             lines.append(f"r{number} = 1.0 / ({self._start_text(below)})")
@@ -291,7 +291,7 @@ class Code(Generated):
 
     def _function_lines(self, number, node, n, name):
         """Return the lines that assign a function's remainder w̃_n and û_n = f′(U) û_n of its argument + w̃_n."""
-        (inner,) = node.parts
+        (inner,) = node.operands
         lines = [f"w{number}_{n} = {self._remainder_text(number, inner, n)}"]
         if self.graph.depends_on_states(inner):
             lines.append(f"{name} = {self._constant_name('F', number)} * u{inner}_{n} + w{number}_{n}")
@@ -311,7 +311,7 @@ class Code(Generated):
         """Return the lines that compute all terms of a step: order 0, values at the start, then orders 1 to ORDER."""
         functions = self.graph.slopes
         nodes = self.graph.dependencies([*self.graph.rates, *functions])
-        last = self.graph.dependencies([self.graph.nodes[f].parts[0] for f in functions], slopes=False)
+        last = self.graph.dependencies([self.graph.nodes[f].operands[0] for f in functions], slopes=False)
         first, lines = [], [f"h{n} = h * {1.0 / n!r}" for n in range(2, ORDER + 1)]
         for number in nodes:
             first += self._term_lines(number, 0)
@@ -319,13 +319,13 @@ class Code(Generated):
             lines += [f"x{i}_{n} = {self._rate_text(i, n)}" for i in range(self.n)]
             for number in last if n == ORDER else nodes:
                 node = self.graph.nodes[number]
-                if node.kind == X:
-                    lines.append(f"u{number}_{n} = x{node.parts[0]}_{n}")
+                if node.kind == STATE:
+                    lines.append(f"u{number}_{n} = x{node.operands[0]}_{n}")
                 else:
                     lines += self._term_lines(number, n)
         for number in functions:
             if number not in last:
-                (inner,) = self.graph.nodes[number].parts
+                (inner,) = self.graph.nodes[number].operands
                 lines.append(f"w{number}_{ORDER} = {self._remainder_text(number, inner, ORDER)}")
         return [*first, *(f"v{number} = {text}" for number, text in self._whole_texts.items()), *lines]
 
@@ -360,8 +360,8 @@ class Code(Generated):
     def _second_order_text(self, number):
         """Return the text of a node's second-order remainder ũ (see the module docstring of `graph`, Energy)."""
         node = self.graph.nodes[number]
-        moves, factors = self.graph.depends_on_states, node.parts
-        if node.kind == X:
+        moves, factors = self.graph.depends_on_states, node.operands
+        if node.kind == STATE:
             return "0.0"
         if node.kind == ADD:
             pairs = zip(node.weights, factors, strict=True)

@@ -84,7 +84,7 @@ def test_terms_of_one_motion_and_of_one_factor_are_multiplied_once():
     for state in (u, v, w):
         system.rate(state, rate)
     g = graph(derive(system))
-    products = [node for node in g.nodes if node.kind == "mul" and all(map(g.depends_on_states, node.parts))]
+    products = [node for node in g.nodes if node.kind == "mul" and all(map(g.depends_on_states, node.operands))]
     assert len(products) == 1  # u (k v + n v + n w) - w
     exact = float(rate.subs({k: 2.0, n: 3.0, u: 0.3, v: -0.2, w: 0.7}))
     assert value(g, rate, {k: 2.0, n: 3.0}, (0.3, -0.2, 0.7)) == pytest.approx(exact, rel=1e-14)
