@@ -24,6 +24,7 @@ INCLUDED = {  # files of the repository that the handbook includes
     "maps.md": "results/README.md",
     "system.md": "sweeps/mechanics/README.md",
     "speed.md": "tests/benchmarks/README.md",
+    "engines.md": "tests/benchmarks/engines.md",
     "contributing.md": "CONTRIBUTING.md",
     "changelog.md": "CHANGELOG.md",
     "CITATION.cff": "CITATION.cff",

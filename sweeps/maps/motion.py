@@ -109,7 +109,7 @@ def _attitude_message(motion: xr.Dataset) -> Iterator[str]:
         raise MotionError(f"motion: ends after {motion.time[-1].item():g} s; allowed in a .aem file: {allowed}")
     rates = np.column_stack([motion[f"omega{i}"] for i in (1, 2, 3)])
     rates = rates if motion["omega1"].attrs["units"] == "deg s-1" else np.degrees(rates)
-    scalars = [(name, value.item(), value.attrs["units"]) for name, value in motion.variables.items() if not value.ndim]
+    scalars = [(name, float(x), x.attrs["units"]) for name, x in motion.variables.items() if not x.ndim]
     frame = motion.attrs.get("frame", "principal axes of the body")
     axes = f"SC_BODY_1: {frame}; EME2000: inertial axes" + ", those of the body at the start" * bool(motion.q0[0] == 1)
     comments = [axes, *(f"{name} = {value:.17g} {unit}" for name, value, unit in scalars)]
