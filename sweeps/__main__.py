@@ -50,7 +50,7 @@ NUMBAS_SETTINGS = os.path.join("numba", "core", "config.py")
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit status."""
-    interrupts = []
+    interrupts: list[bool] = []
     with _hooks(interrupts):
         try:
             with _ctrl_c(interrupts) as listen:

@@ -15,8 +15,8 @@ from sweeps.schema.refusals import DefinitionError
 FAILED = 3  # exit status of the verdict `fail`
 SIZES = ("time", "attitude", "rates", "longitude", "latitude")
 UNCLEAR = ("time_unit", "angle_unit", "rate_unit", "sequence", "scalar", "direction")
-KEYS = ("verdict", "diagnosis", "attitude_error_max_rad", "attitude_error_end_rad", "rates_error_max_relative")
-KEYS += ("conditioning_rad", "warning")
+KEYS: tuple[str, ...] = ("verdict", "diagnosis", "attitude_error_max_rad", "attitude_error_end_rad")
+KEYS += ("rates_error_max_relative", "conditioning_rad", "warning")
 CONSERVED = {
     "energy_error_relative": "2T          largest relative change",
     "momentum_size_error_relative": "|L|         largest relative change",

@@ -4,6 +4,7 @@ import re
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from sweeps.commands import parser
 from sweeps.figure import colors, printing
@@ -54,10 +55,11 @@ def _summary_entries(totals) -> dict:
     def as_entry(worst):
         return {"value": worst.value, "at": description.place(worst.at), "points": worst.points}
 
-    table = {}
+    table: dict[str, dict[str, int]] = {}
     for (meaning, status), number in totals.table.items():
         table.setdefault(meaning, {})[status] = number
-    facts = {name: str(description.attributes.get(name, "")) for name in ("title", "system", "source", "content_hash")}
+    names = ("title", "system", "source", "content_hash")
+    facts: dict[str, Any] = {name: str(description.attributes.get(name, "")) for name in names}
     facts |= {"dimensions": description.sizes, "points": totals.points, "counts": totals.counts, "table": table}
     facts |= {"unlike": totals.disagreements, "impossible": totals.impossible, "compared": totals.compared}
     facts["deviations"] = {}
@@ -271,10 +273,10 @@ def _parse_sheet(text: str | None):
     from sweeps.figure import sheets
 
     if text is None or text in sheets.SHEETS:
-        return sheets.SHEETS.get(text, sheets.OWN_SIZE)
+        return sheets.OWN_SIZE if text is None else sheets.SHEETS[text]
     match = re.fullmatch(r"(\d+(?:\.\d+)?)(?: ?[x×] ?(\d+(?:\.\d+)?))? ?(mm|cm|in|)", text)
-    *sides, unit = match.groups() if match else ("",)
-    sides = [float(side) * MILLIMETRES[unit] for side in sides if side]
+    *lengths, unit = match.groups() if match else ("",)
+    sides = [float(length) * MILLIMETRES[unit] for length in lengths if length]
     if not sides or not all(MIN_SIDE <= side <= MAX_SIDE for side in sides):
         allowed = f"{', '.join(sheets.SHEETS)}, a width or width x height from {MIN_SIDE} to {MAX_SIDE} mm"
         allowed += " (160, 160x100mm, 15cm, 6x4in)"

@@ -58,7 +58,8 @@ class BorrowedAxes:
     """One Axes in a user's figure, with the methods of a figure: panels are made in the place of the Axes."""
 
     def __init__(self, ax: Axes):
-        self.ax, self.axes, self.figure = ax, [], ax.figure
+        self.ax, self.figure = ax, ax.figure
+        self.axes: list[Axes] = []
 
     def __getattr__(self, name: str):
         """Return any further attribute from the figure."""

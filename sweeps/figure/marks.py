@@ -1,7 +1,7 @@
 """Marks on panels: texts with outlines, grid lines, hatching, and places for labels."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,7 +30,7 @@ def halo(width: float = 2.5, color: str = PAPER):
     return [withStroke(linewidth=width, foreground=color)]
 
 
-def draw_grid(ax: Axes, axis: str = "both") -> None:
+def draw_grid(ax: Axes, axis: Literal["both", "x", "y"] = "both") -> None:
     """Draw faint lines at the ticks of one axis or both, behind everything else."""
     ax.grid(axis=axis, color=FAINT, lw=0.5, alpha=0.7)
     ax.set_axisbelow(True)

@@ -1,9 +1,9 @@
 """Sheets, themes and films that figures are drawn for, and Matplotlib's settings for all figures."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib
 from matplotlib.colors import Colormap, LinearSegmentedColormap, get_named_colors_mapping
@@ -13,7 +13,7 @@ from sweeps.figure.colors import BLACK, INK, PAPER, QUIET, THEMES
 
 DPI = 200  # dots per inch of a figure that is drawn for no sheet
 
-STYLE = {
+STYLE: Any = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],  # comes with matplotlib: the same everywhere
     "mathtext.fontset": "dejavusans",
@@ -60,7 +60,7 @@ class Sheet(NamedTuple):
     height: float | None = None  #: of the same, mm; None keeps the picture's own ratio of width to height
     dpi: float | None = None  #: dots per inch of the paper, of PNG; None for `DPI`
     #: the function that creates an empty figure: matplotlib's class, or pyplot's function in a notebook.
-    new_figure: object = Figure
+    new_figure: Callable[..., Figure] = Figure
 
     @property
     def letter_scale(self) -> float:

@@ -77,4 +77,4 @@ def _slug(ds: xr.Dataset, about: str) -> xr.Dataset:
 
 def value(formula: str, ds: xr.Dataset) -> float:
     """Return the number that a formula of NUMBERS makes of its map."""
-    return float(eval(formula, {**globals(), "ds": ds, **{name: ds[name] for name in ds.variables}}))
+    return float(eval(formula, {**globals(), "ds": ds, **{str(name): ds[name] for name in ds.variables}}))

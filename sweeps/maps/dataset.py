@@ -41,7 +41,7 @@ def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
     return xr.Dataset(data, coordinates, contract.provenance(sweep))
 
 
-def _measure_columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarray, ...]:
+def _measure_columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarray, ...] | np.ndarray:
     """Return the system's columns, in the order of its variables, for broadcastable arrays in that of its arguments."""
     shape = np.broadcast_shapes(*(array.shape for array in arrays))
     names = sweep.grid.arguments

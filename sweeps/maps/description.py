@@ -82,7 +82,7 @@ class MapDescription:
 
     def long_name(self, name: str) -> str:
         """Return the long name of a variable or a coordinate."""
-        return (self.variables | self.coordinates)[name].long_name
+        return {**self.variables, **self.coordinates}[name].long_name
 
     def place(self, at: Mapping[str, int]) -> dict[str, float | int | str]:
         """Return dimension → coordinate of a point given by its indices, and the name of a named point."""
@@ -125,7 +125,7 @@ def without_extra_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
 def extra_dimensions(ds: "xr.Dataset") -> set[str]:
     """Return the dimensions that some variables have at each point, such as the multipliers of a periodic motion."""
     table = systems.of_map(ds).layout().variables
-    return {dim for name in ds.data_vars if name in table for dim in table[name].over} & {*ds.dims}
+    return {dim for name in map(str, ds.data_vars) if name in table for dim in table[name].over} & {*map(str, ds.dims)}
 
 
 def _describe_column(variable: "xr.DataArray") -> ColumnDescription:

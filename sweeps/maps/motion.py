@@ -40,7 +40,7 @@ def compute_motion(
     if motion is None:
         allowed = " and ".join(systems.systems_with_motion())
         raise MotionError(f"motion: {system.name} has none at its points; allowed: maps of {allowed}")
-    check_finite({name: (variable.dims, variable.values) for name, variable in motion.variables.items()})
+    check_finite({str(name): (variable.dims, variable.values) for name, variable in motion.variables.items()})
     return motion
 
 

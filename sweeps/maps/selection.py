@@ -80,7 +80,7 @@ def nearest_places(ds: "xr.Dataset", requested: Mapping[str, str], prefix: str =
         problem, allowed = "is no dimension of this map", ", ".join(f"{prefix}{dim}" for dim in sizes)
         if name in ds.coords:
             reason = "which is chosen already" if name in id_coordinates(ds) else "not a dimension"
-            problem = f"is a coordinate along {' and '.join(ds[name].dims or ('no dimension',))}, {reason}"
+            problem = f"is a coordinate along {' and '.join(map(str, ds[name].dims or ('no dimension',)))}, {reason}"
         raise SelectionError(f"{prefix}{cut_text(name)}: {problem}{hint(name, sizes)}; allowed: {allowed}")
     dims = [dim for dim, size in sizes.items() if size == 1 or dim in requested]
     places = {dim: _nearest_place(ds, dim, requested.get(dim), prefix) for dim in dims}

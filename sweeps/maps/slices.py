@@ -60,9 +60,9 @@ def _with_scalar_dimensions(ds: "xr.Dataset", layout: Layout) -> "xr.Dataset":
     variables = {}
     for name, variable in ds.variables.items():
         if name in ds.coords:
-            new_dims = [dim for dim in dims if dim in along.get(name, (name,))]
+            new_dims = [dim for dim in dims if dim in along.get(str(name), (name,))]
         else:
-            over = layout.variables[name].over if name in layout.variables else ()
+            over = layout.variables[str(name)].over if name in layout.variables else ()
             new_dims = [dim for dim in dims if dim in over or not any(dim in v.over for v in layout.variables.values())]
         variables[name] = variable.set_dims([*new_dims, *variable.dims]) if new_dims else variable
     data = {name: variable for name, variable in variables.items() if name not in ds.coords}

@@ -1,9 +1,10 @@
 """Reading and writing of maps as `xarray` Datasets, with checks of everything that is read."""
 
+from collections.abc import Hashable
 from contextlib import suppress
 from itertools import accumulate, islice, product
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import netCDF4
 import numpy as np
@@ -27,9 +28,9 @@ LITERAL_KINDS = "iufU"  # kinds of NumPy types with the same values in the file 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
     """Write a Dataset of `sweeps.survey` as a map, and return its content hash; a lazy Dataset is read again for it."""
     table = systems.of_map(ds).layout().variables
-    encoding = {name: {"_FillValue": None} for name in ds.coords}
+    encoding: dict[Hashable, dict[str, Any]] = {name: {"_FillValue": None} for name in ds.coords}
     for name, variable in ds.data_vars.items():
-        spec = table.get(name) or Variable(name, None, "", variable.dtype.str)
+        spec = table.get(str(name)) or Variable(str(name), None, "", variable.dtype.str)
         fill = np.nan if spec.missing_is_nan else None
         encoding[name] = {"chunksizes": chunk_shape(variable.shape), "_FillValue": fill}
         encoding[name] |= DEFLATED if spec.deflated else {}

@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -352,7 +352,8 @@ def _stored_hash(name: str, variable: StoredVariable) -> dict[str, str]:
 
 def _read_texts(file: FileBytes, name: str, variable: StoredVariable) -> np.ndarray:
     """Return a coordinate's text, however it is stored: of any length, of one length, or character by character."""
-    items, shape = variable.texts, variable.shape
+    items: Sequence[str] = variable.texts
+    shape = variable.shape
     if variable.dtype != "str":
         values = np.ascontiguousarray(StoredValues(file, name, variable).read_all())
         if variable.dtype == "|S1" and variable.dims:

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -106,8 +107,8 @@ def _check_definition(ds: xr.Dataset, expected_sweep: Sweep | None) -> tuple[Swe
     text = ds.attrs.get("definition", "")
     if expected_sweep is not None and text == expected_sweep.definition.text:
         differs = str(ds.attrs.get("inputs", "")) != expected_sweep.definition.inputs
-        findings = ("inputs: a file of its bodies or points was another",) if differs else ()
-        return expected_sweep, Check(name, covers, findings)
+        input_findings = ("inputs: a file of its bodies or points was another",) if differs else ()
+        return expected_sweep, Check(name, covers, input_findings)
     try:
         values = mapping_of(text)
         if (file_reason := _needs_files(values)) is not None:
@@ -190,7 +191,7 @@ def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
             yield f"{name}: is no coordinate along {', '.join(dims)} of type {values.dtype}"
         elif any(content_hash.as_bytes(coordinate[box].values) != content_hash.as_bytes(values[box]) for box in boxes):
             yield f"{name}: has other values than the definition's"
-    all_names = set(ds.variables) | set(ds.encoding.get("ignored", ()))
+    all_names = {*map(str, ds.variables)} | set(ds.encoding.get("ignored", ()))
     for name in all_names - set(expected) - set(sweep.variables):
         yield f"{cut_text(repr(name))}: is no variable of this map"
 
@@ -223,7 +224,7 @@ def _check_attributes(path: str | Path, sweep: Sweep) -> Check:
     return Check("attributes", covers, _shorten(findings))
 
 
-def _as_text(value: object) -> str:
+def _as_text(value: Any) -> str:
     return " ".join(map(str, np.atleast_1d(value)))
 
 
@@ -239,7 +240,8 @@ def _check_values(ds: xr.Dataset, sweep: Sweep) -> Check:
     """Check that every flag has a meaning, and every point with status ok has numbers."""
     specs, status = sweep.variables, of_role(sweep.variables, Role.STATUS)
     measured = [name for name, spec in specs.items() if status and spec.role == Role.MEASUREMENT]
-    unknown_flags, empty = Counter(), Counter()
+    unknown_flags: Counter[str] = Counter()
+    empty: Counter[str] = Counter()
     for box in runs(sweep.grid.shape, BLOCK_POINTS):
         for name in (name for name, spec in specs.items() if spec.flags):
             values, first_flag = ds.variables[name][box].values, specs[name].first_flag

@@ -133,7 +133,7 @@ def assign_new_roots(slots, new, free_from) -> None:
         free_from: slot → the fraction from which it is free; missing slots are free throughout.
     """
     fractions = sorted({fraction for _, fraction in new})
-    joint_fraction = {}
+    joint_fraction: dict[float, float] = {}
     for k, fraction in enumerate(fractions):  # both roots of a fold appear together, up to rounding
         is_joint = k and fraction - fractions[k - 1] <= MAX_GAP
         joint_fraction[fraction] = joint_fraction[fractions[k - 1]] if is_joint else fraction

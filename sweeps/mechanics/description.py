@@ -162,7 +162,7 @@ class System:
         self.rates: dict[sp.Symbol, sp.Expr] = {}
         self.conserved_quantities: dict[str, sp.Expr] = {}
         self.picture_parts: list[PicturePart] = []
-        self.attitude_equations: tuple[tuple[sp.Expr, ...], tuple[sp.Expr, ...]] | None = None
+        self.attitude_equations: tuple[tuple[sp.Expr, ...], ...] | None = None
 
     def parameter(self, name, unit="1", *, default, positive=False, least=None, most=None, meaning="") -> sp.Symbol:
         """Add a parameter and return its symbol; a sweep's `grid` gives its value or values.

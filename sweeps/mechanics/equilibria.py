@@ -250,7 +250,8 @@ class EquilibriumSearch:
         self.n = len(problem.free)
         self.narrowest = MIN_BOX_WIDTHS[self.n > 1]
         self.owner, self.place = np.empty(0, dtype=np.int64), np.empty((0, self.n))
-        self.dimension, self.half_width, self.uncertainty = np.empty(0, dtype=np.int64), *np.empty((2, 0, self.n))
+        self.dimension = np.empty(0, dtype=np.int64)
+        self.half_width, self.uncertainty = np.empty((2, 0, self.n))
         self.certified, self.is_flat = np.zeros(self.size, dtype=np.int64), np.zeros(self.size, dtype=bool)
         self.direction = np.full((self.size, problem.m), np.nan)
         self.undecided_box = np.full((self.size, problem.m, 2), np.nan)

@@ -79,7 +79,8 @@ def gather_terms(e: sp.Expr, equations: Equations) -> sp.Expr:
     Numerators are sums over the parameters' monomials, with factorised coefficients.
     """
     states = {*equations.states}
-    fractions, remaining_terms = [], []
+    fractions: list[sp.Expr] = []
+    remaining_terms: list[sp.Expr] = []
     for term in sp.Add.make_args(e):
         is_fraction = sp.fraction(term)[1].free_symbols & states and term.is_rational_function(*equations.states)
         (fractions if is_fraction else remaining_terms).append(term)

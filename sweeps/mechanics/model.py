@@ -41,7 +41,8 @@ class Model:
         self.names = tuple(system.parameters)
         energy = ("energy",) if self.equations.conservative else ()
         self.quantities = tuple(system.conserved_quantities) or energy  #: names of the conserved quantities
-        self._lock, self._perturbed = threading.Lock(), {}
+        self._lock = threading.Lock()
+        self._perturbed: dict[bool, PerturbedCode] = {}
 
     @cached_property
     def landscape(self) -> Landscape:
@@ -135,10 +136,12 @@ class Model:
     def measurement(self) -> ModuleType:
         """Functions `theory(model, points)` and `survey(model, points, …)`: of modes, where the system is natural."""
         if self.equations.natural:
-            from sweeps.mechanics import normal_modes as measurement
-        else:
-            from sweeps.mechanics import relative as measurement
-        return measurement
+            from sweeps.mechanics import normal_modes
+
+            return normal_modes
+        from sweeps.mechanics import relative
+
+        return relative
 
     def theory(self, points) -> dict:
         """Return the predictions of linear theory for points; see `measurement`."""

@@ -706,7 +706,8 @@ def survey(model, points, tolerance: float) -> dict[str, np.ndarray]:
     """
     slot = np.asarray(points["equilibrium"])
     base = BaseMotions(model, model.parameters(points, slot.size), slot)
-    epsilon, columns = np.asarray(points["epsilon"], dtype=np.float64), {}
+    epsilon = np.asarray(points["epsilon"], dtype=np.float64)
+    columns: dict[str, np.ndarray] = {}
     for members in groups(base):
         for name, values in _columns(base.select(members), epsilon[members], tolerance).items():
             fill = np.nan if values.dtype == float else 0

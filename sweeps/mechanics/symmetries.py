@@ -111,7 +111,7 @@ class Symmetries:
 
 def sign_changes(is_coupled) -> list[tuple[int, ...]]:
     """Return all choices of signs such that states with equal signs are not coupled."""
-    choices = [()]
+    choices: list[tuple[int, ...]] = [()]
     for i, row in enumerate(is_coupled):
         coupled_before = np.flatnonzero(row[:i])
         choices = [(*signs, x) for signs in choices for x in (1, -1) if all(signs[j] != x for j in coupled_before)]

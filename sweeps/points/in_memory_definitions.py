@@ -38,7 +38,7 @@ def sweep_of(definition: Any, keywords: Mapping[str, Any]) -> Sweep:
         if keywords:
             problem = f"{display(definition)} is given beside {next(iter(keywords))}"
             raise DefinitionError(f"definition: {problem}; allowed: a file, or keywords")
-        source = catalogue.find_definition(str(definition))
+        source: Path | dict = catalogue.find_definition(str(definition))
     elif isinstance(definition, Mapping | type(None)):
         source = _merge_grid({**(definition or {}), **keys}, grid)
     else:

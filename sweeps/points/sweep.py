@@ -23,6 +23,8 @@ from sweeps.schema.variables import Variable
 if TYPE_CHECKING:
     from sweeps.points.tables import Table
 
+Axis = Range | np.ndarray | OnDemand  # values along a dimension
+
 SHARD_SECONDS = 10  # s of work in one shard; its file and its job cost about one second
 
 
@@ -30,8 +32,8 @@ class DerivedParameters:
     """Parameters of a grid that follow from a pair of ratios; see `sweeps.systems.bodies.shapes.RATIOS`."""
 
     def __init__(self, definition: Definition):
-        self._pair = {} if definition.pair is None or definition.sample is not None else dict(definition.pair)
-        self._derived = definition.grid.derived if self._pair else None
+        self._pair: dict[str, Any] = dict(definition.pair or {}) if definition.sample is None else {}
+        self._derived: Any = definition.grid.derived if self._pair else None
         #: their names; () if the grid gives all of its parameters itself
         self.names = self._derived.names if self._derived else ()
         #: names of the parameters that they follow from
@@ -87,12 +89,13 @@ class Grid:
     @cached_property
     def coordinates(self) -> dict[str, np.ndarray | OnDemand]:
         """Dimension → its values, 1-D: whole numbers, text or float64, in the units of the system's coordinates."""
-        return {dim: _expand_range(values) for dim, values in self._along.items()}
+        return {dim: v.values(np.arange(v.num)) if isinstance(v, Range) else v for dim, v in self._along.items()}
 
     @cached_property
     def auxiliary(self) -> dict[str, tuple[tuple[str, ...], np.ndarray | OnDemand]]:
         """Name → (dimensions, values) of coordinates of bodies and points, and of derived parameters."""
-        coordinates = {name: ((dim,), values) for name, (dim, values) in self.system.auxiliary(self.definition).items()}
+        of_system = self.system.auxiliary(self.definition)
+        coordinates: dict[str, tuple[tuple[str, ...], Any]] = {n: ((dim,), v) for n, (dim, v) in of_system.items()}
         columns = scattered.lazy_columns(self.point_rows) if self.point_rows else {}
         follows = self.derived_parameters.coordinates(dict(zip(self.dims, self.shape, strict=True)), self.values)
         if point_names := getattr(self.point_rows, "point_names", ()):
@@ -120,11 +123,11 @@ class Grid:
         return self.system.arguments(self.definition)
 
     @cached_property
-    def _along(self) -> dict[str, Range | np.ndarray | OnDemand]:
+    def _along(self) -> "dict[str, Axis]":
         """Return dimension → values, with long ranges and numbers of points computed on demand."""
-        dimensions = self.derived_parameters.dimensions(self.system.dimensions(self.definition))
+        own_axes = self.derived_parameters.dimensions(self.system.dimensions(self.definition))
         # longer axes are computed when they are read
-        dimensions = {dim: _expand_range(values, SPELLED_OUT) for dim, values in dimensions.items()}
+        dimensions: dict[str, Axis] = {dim: _expand_range(v, SPELLED_OUT) for dim, v in own_axes.items()}
         if self.point_rows is None:
             return dimensions
         numbers = OnDemand((self.point_rows.num,), "i8", lambda part: np.arange(part.start + 1, part.stop + 1))
@@ -178,9 +181,8 @@ class Grid:
         return along.values(index) if isinstance(along, Range) else along[index]
 
 
-def _expand_range(values: Range | np.ndarray | OnDemand, max_values: float = math.inf) -> Range | np.ndarray | OnDemand:
-    is_range = isinstance(values, Range) and values.num <= max_values
-    return values.values(np.arange(values.num)) if is_range else values
+def _expand_range(values: Range | np.ndarray, max_values: int) -> Range | np.ndarray:
+    return values.values(np.arange(values.num)) if isinstance(values, Range) and values.num <= max_values else values
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +207,7 @@ class Sweep:
         """
         size, definition = self.grid.size, self.definition
         if definition.shards != "auto":
-            return min(definition.shards, size)
+            return min(int(definition.shards), size)
         worthwhile = size * self.system.cost(definition).samples // (self.system.samples_per_second * SHARD_SECONDS)
         return max(1, min(worthwhile, size, MAX_SHARDS))
 

@@ -123,11 +123,11 @@ class AttitudeMessage(tables.Source):
 
 def _epochs(texts: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     """Return whole seconds and fractions of a second of epochs, 2002-12-18T12:00:00.331 or 2002-352T12:00:00.331."""
-    matches = [EPOCH.fullmatch(text) for text in texts]
-    if None in matches:
-        raise ValueError(f"epoch {texts[matches.index(None)]!r}")
+    matches = [match for text in texts if (match := EPOCH.fullmatch(text))]
+    if len(matches) < len(texts):
+        raise ValueError(f"epoch {next(text for text in texts if not EPOCH.fullmatch(text))!r}")
     dates = [f"{m[1]}-{m[2] or '01'}-{m[3] or '01'}" for m in matches]
-    days = np.array(dates, dtype="M8[D]").astype(np.int64) + [int(m[4] or 1) - 1 for m in matches]
+    days = np.array(dates, dtype="M8[D]").astype(np.int64) + np.array([int(m[4] or 1) - 1 for m in matches])
     seconds = [3600 * int(m[5]) + 60 * int(m[6]) + int(m[7]) for m in matches]
     return days * DAY + np.array(seconds), np.array([float(m[8] or 0) for m in matches])
 

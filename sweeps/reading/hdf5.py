@@ -28,7 +28,7 @@ MAX_NAMES = 100_000  # items of text along one dimension
 MAX_NAMES_BYTES = 2**24
 MAX_CHUNK_BYTES = 2**26
 DEFLATE, SHUFFLE, FLETCHER = h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32
-KEPT = ("CLASS", "NAME", "_Netcdf4Dimid", "_Netcdf4Coordinates", "long_name", "units", "comment")
+KEPT: tuple[str, ...] = ("CLASS", "NAME", "_Netcdf4Dimid", "_Netcdf4Coordinates", "long_name", "units", "comment")
 KEPT += ("flag_values", "flag_meanings", "sha256")  # attributes of variables that are read, and of a table's columns:
 KEPT += ("_FillValue", "missing_value", "scale_factor", "add_offset")
 KEPT += ("_Unsigned", "valid_min", "valid_max", "valid_range", "ancillary_variables", "standard_name")
@@ -165,7 +165,7 @@ def _variables(file: h5py.File) -> dict[str, dict]:
 
 def _dimensions(datasets, attributes) -> dict[int, tuple[str, int]]:
     """Return number of each dimension, as netCDF counts them → its name and length."""
-    dimensions = {}
+    dimensions: dict[int, tuple[str, int]] = {}
     for name, of_dataset in attributes.items():
         if of_dataset.get("CLASS") == "DIMENSION_SCALE" and datasets[name].shape:
             number = of_dataset.get("_Netcdf4Dimid", len(datasets) + len(dimensions))

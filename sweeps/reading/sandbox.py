@@ -108,7 +108,8 @@ def _read_bytes(reading: int, size: int) -> bytes:
     """Return `size` bytes of the child's answer; raise a ChildError for silence or an early end."""
     if size > MAX_ANSWER_BYTES:
         raise ChildError
-    chunks, missing = [], size
+    chunks: list[bytes] = []
+    missing = size
     while missing:
         ready, _, _ = select.select([reading], [], [], PATIENCE)
         chunk = os.read(reading, min(missing, 2**20)) if ready else b""
@@ -145,9 +146,9 @@ def _work_and_end(
 
 
 def _write_bytes(writing: int, content: bytes) -> None:
-    content = memoryview(content)
-    while content:
-        content = content[os.write(writing, content) :]
+    remaining = memoryview(content)
+    while remaining:
+        remaining = remaining[os.write(writing, remaining) :]
 
 
 def _limit_all(seconds: float, memory: float) -> None:

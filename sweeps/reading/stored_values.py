@@ -41,7 +41,8 @@ class StoredValues:
 
     def read(self, key: tuple) -> np.ndarray:
         """Return the values at a tuple of numbers and slices."""
-        boxes, selection = [], []
+        boxes: list[tuple[int, int]] = []
+        selection: list[int | slice] = []
         for index, size in zip(key, self.shape, strict=True):
             numbers = range(size)[index]
             if isinstance(numbers, int):

@@ -396,8 +396,8 @@ class _Netcdf(Source):
             raise refusal("", display(self.name), f"is no netCDF file that can be read ({reason})", allowed) from None
         if self._other_types:
             along = Counter(variable.dims[0] for variable in variables.values() if len(variable.dims) == 1)
-            of_rows = [(dim,) for dim, _ in along.most_common(1)]
-            variables = {name: v for name, v in variables.items() if [v.dims] == of_rows and _is_plain(v)}
+            longest_dims = [(dim,) for dim, _ in along.most_common(1)]
+            variables = {name: v for name, v in variables.items() if [v.dims] == longest_dims and _is_plain(v)}
         dims = {dim for variable in variables.values() for dim in variable.dims if not self._other_types}
         columns = {name: variable for name, variable in variables.items() if name not in dims}
         of_rows = next((variable.dims for variable in columns.values()), ())

@@ -90,7 +90,7 @@ def _node(event: events.Event, parsed: Iterator, anchors: dict, where: tuple) ->
 
 def _sequence(parsed: Iterator, anchors: dict, where: tuple) -> list:
     """Return the items of a sequence up to its end."""
-    items = []
+    items: list[Any] = []
     while not isinstance(event := next(parsed), events.SequenceEndEvent):
         items.append(_node(event, parsed, anchors, (*where, len(items))))
     return items

@@ -1,6 +1,6 @@
 """Dimensions, coordinates and flags of a map's Dataset."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,10 +15,10 @@ def dimensions(ds: Dataset) -> dict[str, int]:
     """Return name → length of the dimensions of a map's variables, in the order of the variable that has most."""
     largest = max(ds.data_vars.values(), key=lambda variable: variable.ndim)
     all_dims = [dim for variable in ds.data_vars.values() for dim in variable.dims]
-    return {dim: ds.sizes[dim] for dim in dict.fromkeys([*largest.dims, *all_dims])}
+    return {str(dim): ds.sizes[dim] for dim in dict.fromkeys([*largest.dims, *all_dims])}
 
 
-def along(variable: DataArray, dims: Sequence[str]) -> np.ndarray:
+def along(variable: DataArray, dims: Sequence[Hashable]) -> np.ndarray:
     """Return the values of a variable along the given dimensions, in order, of length 1 if it has not the dimension."""
     present = [dim for dim in dims if dim in variable.dims]
     return variable.transpose(*present).values.reshape([variable.sizes[dim] if dim in present else 1 for dim in dims])
@@ -45,10 +45,10 @@ def nearest_by(ds: Dataset, requested: Mapping[str, float], at: Mapping[str, int
         requested: coordinate → requested value.
         at: dimension → index, for dimensions with a chosen index.
     """
-    dims = [dim for dim in dict.fromkeys(dim for name in requested for dim in ds[name].dims) if dim not in at]
+    dims = [dim for dim in dict.fromkeys(str(dim) for name in requested for dim in ds[name].dims) if dim not in at]
     distance = np.zeros([ds.sizes[dim] for dim in dims])
     for name, value in requested.items():
-        candidates = ds[name].isel({dim: at[dim] for dim in ds[name].dims if dim in at})
+        candidates = ds[name].isel({dim: index for dim, index in at.items() if dim in ds[name].dims})
         distance = distance + np.square((along(candidates, dims) - value) / (np.ptp(ds[name].values) or 1.0))
     return dict(zip(dims, map(int, np.unravel_index(int(distance.argmin()), distance.shape)), strict=True))
 

@@ -5,7 +5,7 @@ pydantic is loaded with the models, not with this module: every command has refu
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any, get_args
@@ -205,7 +205,7 @@ def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> li
     return problems
 
 
-def _built_in_problem(item: dict, where: tuple, root: "type[BaseModel]", with_hint: bool) -> Problem:
+def _built_in_problem(item: Mapping[str, Any], where: tuple, root: "type[BaseModel]", with_hint: bool) -> Problem:
     """Return the problem of one of pydantic's own errors, with the allowed values of its key."""
     model, key = root, ""  # the innermost model on the path, and the key in it
     for step in (step for step in where if not isinstance(step, int)):
@@ -235,4 +235,4 @@ def models_in(annotation: Any) -> "Iterator[type[BaseModel]]":
 def description_of(model: "type[BaseModel]", key: str) -> str:
     """Return the description of a key in a model."""
     field = model.model_fields.get(key)
-    return field.description if field else "a mapping with the keys " + keys_of(model)
+    return field.description or "" if field else "a mapping with the keys " + keys_of(model)

@@ -98,7 +98,8 @@ def _parse_unit(text: str) -> _Unit | None:
     if text.strip() in ("-", ""):
         text = "1"
     text = text.strip().translate(_SIGNS).replace("**", "").replace("^", "")
-    total, pi, powers, at = Fraction(1), 0, Counter(), 0
+    total, pi, at = Fraction(1), 0, 0
+    powers: Counter[str] = Counter()
     while at < len(text):
         match = _FACTOR.match(text, at)
         if match is None or match[2] not in _NAMED:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Collection, Container, Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, get_args
@@ -80,7 +80,7 @@ class Variable:
     @property
     def attributes(self) -> dict:
         """CF attributes of the variable."""
-        attributes = {"long_name": self.long_name}
+        attributes: dict[str, Any] = {"long_name": self.long_name}
         if self.units is not None:
             attributes["units"] = self.units
         if self.flags:
@@ -167,12 +167,12 @@ class Layout:
     """Description of a system's maps, with which a file is compared."""
 
     #: name → each coordinate that a map may have; those that may be dimensions in storage order.
-    coordinates: Mapping[str, Variable]
+    coordinates: dict[str, Variable]
     variables: Mapping[str, Variable]  #: name → each variable that a map may have
     needed: tuple[str, ...]  #: names of the variables that a map has unless its own definition selects variables
     #: coordinate that every map has, but for the spare attributes → the checked type of its values (see
     #: `sweeps.schema.values`).
-    values: Mapping[str, Any] = field(default_factory=dict)
+    values: dict[str, Any] = field(default_factory=dict)
     #: whether a map may have further coordinates and variables, all doubles: parameters named in the description of
     #: its system.
     is_open: bool = False
@@ -182,7 +182,7 @@ class Layout:
     #: coordinate → its possible dimensions, in storage order, if it is none itself.
     over: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
-    def required(self, names: Collection[str]) -> set[str]:
+    def required(self, names: Container) -> set[str]:
         """Return the names of the coordinates that a map must have, from those that it has."""
         extra_names = self.beside if self.along in names else ()
         return {*self.values, *extra_names} & {*self.coordinates} - {*self.spare}

@@ -85,7 +85,8 @@ class _VariableHash:
 
     def __init__(self, shape: tuple[int, ...]):
         self._boxes = tiles(shape, chunk_shape(shape))
-        self._box, self._pieces, self.total = next(self._boxes, ()), [], hashlib.sha256()
+        self._box, self.total = next(self._boxes, ()), hashlib.sha256()
+        self._pieces: list[np.ndarray] = []
 
     def runs(self, values: np.ndarray) -> Iterator[tuple[tuple[slice, ...], np.ndarray]]:
         """Add values, and yield (box, values) of each run that they complete; see `ContentHash.runs`."""

@@ -86,7 +86,7 @@ class MapFile:
         self._path, self._file, self.digest = path, netCDF4.Dataset(path, "w", format="NETCDF4"), ContentHash()
         for dim, size in sizes.items():
             self._file.createDimension(dim, size)
-        self._deflated_names = set()
+        self._deflated_names: set[str] = set()
 
     def add(
         self, name: str, dims: Sequence[str], dtype: Any, attributes: Mapping, length: int = 0, **options: Any
@@ -101,7 +101,8 @@ class MapFile:
             length: if it is not 0, text becomes characters of UTF-8 along a further dimension `string{length}`.
             options: of `netCDF4.Dataset.createVariable`.
         """
-        kind, text_dims, attributes = (str if np.dtype(dtype).kind in "OU" else dtype), (), dict(attributes)
+        kind, attributes = (str if np.dtype(dtype).kind in "OU" else dtype), dict(attributes)
+        text_dims: tuple[str, ...] = ()
         if length:
             kind, text_dims, attributes["_Encoding"] = "S1", (f"string{length}",), "utf-8"
         variable = self._file.createVariable(name, kind, (*dims, *text_dims), **{"fill_value": False} | options)
@@ -121,7 +122,8 @@ class MapFile:
             shape = [len(self._file.dimensions[dim]) for dim in (*dims, *spec.over)]
             storage: dict[str, Any] = {"chunksizes": chunk_shape(shape)} | (DEFLATED if spec.deflated else {})
             storage["fill_value"] = np.nan if spec.missing_is_nan else False
-            self.add(name, (*dims, *spec.over), spec.dtype, spec.attributes_among(variables) | attributes, **storage)
+            all_attributes = {**spec.attributes_among(variables), **attributes}
+            self.add(name, (*dims, *spec.over), spec.dtype, all_attributes, **storage)
 
     def put(self, name: str, values: np.ndarray) -> None:
         """Write the next values of a variable, in C order."""

@@ -42,19 +42,19 @@ def merge_shards(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, t
         MapError: for a file that is no shard of this sweep, and for points that are missing or given twice.
     """
     sources = map(Path, shards)
-    shards = [file for s in sources for file in (shard_files(s, sweep.shards) if s.is_dir() else [s])]
-    for _ in range(len(shards) + 1):
+    files = [file for s in sources for file in (shard_files(s, sweep.shards) if s.is_dir() else [s])]
+    for _ in range(len(files) + 1):
         try:
-            content_hash = _merge_once(sweep, shards, path)
+            content_hash = _merge_once(sweep, files, path)
         except DamagedError as damaged:
             position = re.fullmatch(r"(\d+)-of-(\d+)\.nc", damaged.path.name)
             if not position or (isinstance(damaged, ForeignError) and not renew):
                 raise
             print(f"{damaged}: measured again", file=sys.stderr)
-            write_shard(sweep, *map(int, position.groups()), damaged.path, threads)
+            write_shard(sweep, int(position[1]), int(position[2]), damaged.path, threads)
         else:
-            for shard in shards:
-                remove_leftovers(shard)
+            for file in files:
+                remove_leftovers(file)
             return content_hash
     raise MapError(f"{path}: shards are damaged faster than they can be measured; allowed: a disk that keeps them")
 

@@ -108,7 +108,7 @@ def _submit_blocks(
     sweep: Sweep, points: range, pool: ThreadPoolExecutor, threads: int
 ) -> Iterator[tuple[int, int, Callable[[], dict]]]:
     """Yield (number of points, of motions, wait) for each block, and start measuring the next block before yielding."""
-    queue = deque()
+    queue: deque = deque()
     for low in range(points.start, points.stop, BLOCK_POINTS):
         size = min(BLOCK_POINTS, points.stop - low)
         values = sweep.grid.points(low, low + size)

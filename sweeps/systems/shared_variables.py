@@ -35,12 +35,15 @@ def parse_rows(*parts: str | Variable) -> dict[str, Variable]:
     lines continue the row above. "flags:" precedes the first number of a flag variable and its meanings in order,
     "comment:" its comment. X_theory, X_exact and X_error of the same table are related to X.
     """
-    variables, names = {}, []
+    variables: dict[str, Variable] = {}
+    names: list[str] = []
     for part in parts:
-        texts = re.split(r"\n(?! )", textwrap.dedent(part).strip()) if isinstance(part, str) else ()
-        parsed = [_parse_row(text) for text in texts]
+        if isinstance(part, Variable):
+            variables[part.name] = part
+            continue
+        parsed = [_parse_row(text) for text in re.split(r"\n(?! )", textwrap.dedent(part).strip())]
         names += [variable.name for variable in parsed]
-        variables |= {variable.name: variable for variable in parsed or [part]}
+        variables |= {variable.name: variable for variable in parsed}
     for kind in ("theory", "exact", "error"):
         related_names = {name: f"{name}_{kind}" for name in names if f"{name}_{kind}" in variables}
         variables |= {
@@ -54,11 +57,11 @@ def _parse_row(text: str) -> Variable:
     row, _, comment = re.sub(r"\n +", " ", text).partition(" comment: ")
     row, _, flags = row.partition(" flags: ")
     row, _, role = row.removesuffix("]").partition(" [")
-    name, units, *dtype, meaning = re.split(r"  +", row.rstrip())
-    first, *words = flags.split() or "0"
-    dtype = ["i1"] if words else dtype or ["f8"]
-    units = None if units == "-" else units
-    return Variable(name, units, meaning, *dtype, tuple(words), comment, int(first), role=Role(role))
+    name, units, *dtypes, meaning = re.split(r"  +", row.rstrip())
+    first, *words = flags.split() or ["0"]
+    (dtype,) = ["i1"] if words else dtypes or ["f8"]
+    unit = None if units == "-" else units
+    return Variable(name, unit, meaning, dtype, tuple(words), comment, int(first), role=Role(role))
 
 
 def make_status(last: int = len(statuses.STATUSES) - 1, long_name: str = TRUSTED, comment: str = "") -> Variable:

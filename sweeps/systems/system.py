@@ -15,7 +15,7 @@ from sweeps.schema.datasets import Dataset
 from sweeps.schema.variables import Layout, Variable
 
 if TYPE_CHECKING:
-    from sweeps.schema.definition import Definition, Integration
+    from sweeps.schema.definition import Definition
     from sweeps.schema.parameters import Range
 
 Point = Mapping[str, float]  # argument → value
@@ -44,9 +44,9 @@ class Reference:
     variable: str  #: the variable of the map
     #: name of a method → a function of (point, integration) that returns the variable's value, or NaN if the run is too
     #: long for it. No method shares code with the system's integrators and its estimator.
-    ways: Mapping[str, Callable[[Mapping[str, float], "Integration"], float]]
+    ways: Mapping[str, Callable[[Mapping[str, float], Any], float]]
     #: a function of (point, integration): largest allowed difference between the map and a method's value.
-    allowed: Callable[[Mapping[str, float], "Integration"], float]
+    allowed: Callable[[Mapping[str, float], Any], float]
     more: tuple["Reference", ...] = ()  #: references of further variables
     within_error: bool = False  #: whether a deviation of twice the reported error is allowed too
 
@@ -62,7 +62,9 @@ class Cost:
 class Points(Protocol):
     """The points of a definition, by number (`sweeps.points.sweep.Grid`)."""
 
-    size: int
+    @property
+    def size(self) -> int:
+        """Number of points."""
 
     def points(self, start: int, stop: int) -> dict[str, np.ndarray]:
         """Return argument → values at the points start … stop − 1, shape (stop − start,)."""

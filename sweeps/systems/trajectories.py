@@ -67,7 +67,7 @@ def integrate_motions(system, start: Any, times, parameters: Mapping[str, Any], 
         raise DefinitionError("times: the jumps of the equations are not all found; allowed: system.jump(t) for each")
     motion_states, error, status = solution
     motion_states[status > motions.NOT_CONVERGED], error[status > motions.NOT_CONVERGED] = np.nan, np.nan
-    variables = {}
+    variables: dict[str, tuple] = {}
     for i, (name, unit, meaning) in enumerate(_state_columns(equations)):
         variables[name] = (("run", "time"), motion_states[..., i], {"units": unit, "long_name": meaning})
         words = {"units": unit, "long_name": f"error of {meaning}"}

@@ -163,8 +163,8 @@ def _refuse_extreme_values(ds: "xr.Dataset", picture: str) -> Iterator[None]:
     try:
         yield
     except (ArithmeticError, ValueError):
-        for name in (name for name in ds.variables if ds[name].dtype.kind == "f"):
-            for box in blocks(dict(zip(ds[name].dims, ds[name].shape, strict=True)), BLOCK_POINTS):
+        for name in (name for name in map(str, ds.variables) if ds[name].dtype.kind == "f"):
+            for box in blocks(dict(zip(map(str, ds[name].dims), ds[name].shape, strict=True)), BLOCK_POINTS):
                 sizes = np.abs(read_box(ds, name, box), dtype=np.float64)
                 extreme = sizes[(sizes > MAX_MAGNITUDE) | ((sizes > 0.0) & (sizes < 1.0 / MAX_MAGNITUDE))]
                 if extreme.size:
@@ -252,7 +252,7 @@ def _avoid_empty_logarithms(figure: Figure) -> None:
     """Make logarithmic axes without positive values linear: Matplotlib finds no ticks for them."""
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
-            if axis.get_scale() == "log" and not axis.get_view_interval().min() > 0.0:
+            if axis.get_scale() == "log" and not min(axis.get_view_interval()) > 0.0:
                 axes.set(**{f"{axis.axis_name}scale": "linear"})
 
 

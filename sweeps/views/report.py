@@ -150,7 +150,7 @@ def page_data(contents: PageContents, packed_columns: list[Packed], page_grid: G
 def _appearance_data(description: MapDescription) -> dict:
     """Return meanings of flags in words and colours, and symbols of parameters, of the map's system."""
     appearance = description.presentation.appearance
-    columns = description.variables | description.coordinates
+    columns = {**description.variables, **description.coordinates}
     words = {word for column in columns.values() for word in column.flags.values()}
     return {
         "words": {word: appearance.words(word) for word in sorted(words)},

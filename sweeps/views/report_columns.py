@@ -53,8 +53,8 @@ def read_columns(ds: "xr.Dataset", description: MapDescription) -> tuple[Summary
     for box in blocks(description.sizes, BLOCK_POINTS):
         values = {name: read_box(ds, name, box) for name in columns}
         summary.add(box, {name: column for name, column in values.items() if name in description.variables})
-        for name, column in columns.items():
-            _fill_column(column, values[name], box, page_grid)
+        for name, cells in columns.items():
+            _fill_column(cells, values[name], box, page_grid)
     return summary, columns, page_grid
 
 

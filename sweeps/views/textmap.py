@@ -1,5 +1,6 @@
 """Maps in a terminal: counts, the worst value of each check, and flags as characters, legible without colours."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -31,7 +32,7 @@ class Panel:
 
     title: str  #: value of the panels' own dimension, for example "axis 2"; or ""
     rows: list[tuple[str, str]]  #: (label, characters) from the top
-    ends: tuple[str, str]  #: first and last value along the bottom
+    ends: tuple[str, ...]  #: first and last value along the bottom
 
 
 @dataclass(frozen=True)
@@ -181,7 +182,7 @@ def draw_map(
     return TextMap(flag, plane.x, plane.y, at, panels, legend, tints)
 
 
-def _flag_glyphs(meanings: dict[int, str], appearance: Appearance) -> dict[int, str]:
+def _flag_glyphs(meanings: Mapping[int, str], appearance: Appearance) -> dict[int, str]:
     """Return flag value → character: that of the system's appearance, else a letter."""
     marks = {value: appearance.mark(meaning) for value, meaning in meanings.items()}
     return {value: mark.glyph if mark else chr(ord("a") + k % 26) for k, (value, mark) in enumerate(marks.items())}

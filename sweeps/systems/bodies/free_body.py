@@ -1,7 +1,7 @@
 """Properties that all systems of free bodies share: bodies in a list or in the grid, and motions measured once."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from sweeps.systems.system import Dynamics, Point
 class FreeBody(Dynamics):
     """A free body, from a grid of moments or from a list of bodies."""
 
-    existence = MOMENTS
+    existence: tuple[str, ...] = MOMENTS
 
     def dimensions(self, definition: Any) -> dict[str, Range | np.ndarray]:
         """Return (body, axis, …): listed bodies, spin axes, and the parameters that the grid has."""
@@ -33,7 +33,9 @@ class FreeBody(Dynamics):
         bodies = definition.bodies
         if not bodies:
             return {}
-        columns = dict(zip(MOMENTS, zip(*(body.moments for body in bodies), strict=True), strict=True))
+        columns: dict[str, Sequence] = dict(
+            zip(MOMENTS, zip(*(body.moments for body in bodies), strict=True), strict=True)
+        )
         for name in filter(definition.is_per_body, definition.shareable):
             grid_value, body_values = getattr(definition.grid, name), [getattr(body, name) for body in bodies]
             columns[name] = [grid_value if value is None else value for value in body_values]

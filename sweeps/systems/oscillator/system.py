@@ -142,7 +142,7 @@ class Oscillator(Described):
     method_text = "direct integration of the full Euler-Lagrange equations"
     kernels = ("flow.oscillations", "search.enclosures", "search.roots", "flow.matrices")
     shared_seconds = 8.0
-    compiled = (SEARCH, Example("flow.oscillations"), PLANNING)
+    compiled: tuple[Example, ...] = (SEARCH, Example("flow.oscillations"), PLANNING)
     library = MECHANICS / "library"
     base_model = OscillatorDefinition
     spectrum = ("mode",)
@@ -186,7 +186,7 @@ class Oscillator(Described):
         branches = BRANCHES if self.description.follow else {}
         return VARIABLES | self.places() | degenerate | branches
 
-    def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
+    def columns(self, points: Mapping[str, np.ndarray], integration: OscillatorIntegration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.normal_modes`."""
         self._load_code()
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)

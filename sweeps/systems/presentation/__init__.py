@@ -59,7 +59,7 @@ class Presentation:
     compared: tuple[Compared, ...] = ()  #: the measured quantities that a figure compares with theory
 
     def __init__(self, system: Dynamics):
-        self.system = system
+        self.system: Any = system  # a subclass uses the methods of its own system
 
     def figures(self, ds: Dataset) -> Drawings:
         """Return name → drawing function of each figure of a map."""

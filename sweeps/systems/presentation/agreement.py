@@ -62,7 +62,7 @@ def compare(ds: Dataset, specs: Specs, quantity: Compared, max_points: int = MAX
         max_points: bound on the rows of the columns, for drawing; counts and maxima are over all points.
     """
     values = ds[quantity.names[0]]
-    sizes = dict(zip(values.dims, values.shape, strict=True))
+    sizes = dict(zip(map(str, values.dims), values.shape, strict=True))
     counts = {role: dict.fromkeys(_meanings(ds, specs, role), 0) for role in (Role.HEADLINE, Role.STATUS)}
     comparison = Agreement(values.size, coprime_stride(sizes.values(), max_points), counts)
     tables, num_points = [], 0
@@ -202,7 +202,7 @@ def _is_drawable(columns: Mapping[str, np.ndarray]) -> np.ndarray:
 def _groups(ds: Dataset, specs: Specs, columns: Mapping[str, np.ndarray], appearance: Appearance) -> list[tuple]:
     """Return name, mask, words and marker of each group of points; each point that can be drawn is in one group."""
     drawable = _is_drawable(columns)
-    marker_size = float(np.clip(40.0 / max(np.count_nonzero(drawable), 1) ** 0.4, 1.2, 5.0))
+    marker_size = float(np.clip(40.0 / max(int(np.count_nonzero(drawable)), 1) ** 0.4, 1.2, 5.0))
     point = {"marker": "o", "ms": marker_size, "mew": 0.0, "alpha": 0.5 if drawable.size > 500 else 0.85}
     mark = {"ms": 4.0, "mew": 0.9, "mfc": "none", "color": colors.INK}
     is_settled = drawable & ~columns["differs"] & (columns["status"] == 0)
@@ -259,7 +259,7 @@ def draw_ratios(ax: Axes, ratio: np.ndarray, epsilon: np.ndarray) -> None:
     for k, (shade, (size, _)) in enumerate(zip(shades, groups, strict=True)):
         ratios = np.concatenate([values for _, values in groups[k:]])
         label = rf"$\varepsilon$ = {size}" if len(groups) > 1 else None
-        ax.hist(ratios, RATIOS, color=colors.STABLE, alpha=float(shade), zorder=2, gid="ratio", label=label)
+        ax.hist(ratios, RATIOS.tolist(), color=colors.STABLE, alpha=float(shade), zorder=2, gid="ratio", label=label)
     if len(groups) > 1:
         ax.legend(loc="upper left", fontsize=7.5, frameon=False, reverse=True)
     fraction_ax, sorted_ratios = ax.twinx(), np.sort(ratio[finite])
@@ -282,15 +282,8 @@ def _draw_errors(ax: Axes, theory, error, drawable) -> None:
     """Draw relative errors: each as a dash or, if they are many, their middle 90 % along theory as a band."""
     drawable = drawable & np.isfinite(error) & (error > 0)
     if np.count_nonzero(drawable) <= MAX_DASHES:
-        props: dict[str, Any] = {
-            "ms": 6,
-            "mew": 1.2,
-            "color": ERROR,
-            "zorder": 1,
-            "gid": "error",
-            "label": "relative error",
-        }
-        ax.plot(theory[drawable], np.maximum(error[drawable], EXACT), "_", **props)
+        dash: dict[str, Any] = {"ms": 6, "mew": 1.2, "color": ERROR, "zorder": 1, "gid": "error"}
+        ax.plot(theory[drawable], np.maximum(error[drawable], EXACT), "_", label="relative error", **dash)
         return
     x, y = np.log(theory[drawable]), error[drawable]
     cuts = np.linspace(x.min() - 1e-9, x.max() + 1e-9, BAND_BINS + 1)
@@ -299,5 +292,5 @@ def _draw_errors(ax: Axes, theory, error, drawable) -> None:
     for i in np.unique(bin_of_point):
         low[i], high[i] = np.percentile(y[bin_of_point == i], (5, 95))
     low, high = (np.maximum(v, EXACT) for v in (low, high))
-    props: dict[str, Any] = {"color": ERROR, "alpha": 0.6, "lw": 0, "zorder": 1, "gid": "error"}
-    ax.fill_between(np.exp(cuts), low, high, step="post", label="relative error, middle 90 %", **props)
+    band: dict[str, Any] = {"color": ERROR, "alpha": 0.6, "lw": 0, "zorder": 1, "gid": "error"}
+    ax.fill_between(np.exp(cuts), low, high, step="post", label="relative error, middle 90 %", **band)

@@ -1,6 +1,7 @@
 """Common parts of animations: an empty figure with a title, a view of space, and frames over a fixed background."""
 
 from collections.abc import Iterable, Iterator
+from typing import cast
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -32,13 +33,14 @@ def empty_stage(inches: tuple[float, float], dots: int, title: str, words: str, 
 
 def draw_frames(figure: Figure, frames: Iterable[Iterable[Artist]]) -> Iterator[np.ndarray]:
     """Yield pictures, shape (height, width, 4): the artists of each frame over the background, which is drawn once."""
-    figure.canvas.draw()
-    background = figure.canvas.copy_from_bbox(figure.bbox)
+    canvas = cast(FigureCanvasAgg, figure.canvas)
+    canvas.draw()
+    background = canvas.copy_from_bbox(figure.bbox)
     for artists in frames:
-        figure.canvas.restore_region(background)
+        canvas.restore_region(background)
         for artist in artists:
             artist.axes.draw_artist(artist)
-        yield np.array(figure.canvas.buffer_rgba())
+        yield np.array(canvas.buffer_rgba())
 
 
 def frame_times(duration: float) -> tuple[np.ndarray, str]:

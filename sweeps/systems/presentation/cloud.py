@@ -88,7 +88,7 @@ def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, flag_colors, appeara
     ax.scatter(x, y, s=size, c=tints, linewidths=0, alpha=0.8, rasterized=True, gid="points")
     if "name" in panel.coords and x.size <= MAX_NAMED:
         for text, *place in zip(panel["name"].values, x, y, strict=True):
-            ax.annotate(str(text), place, (3, 3), textcoords="offset points", fontsize="x-small", gid="name")
+            ax.annotate(str(text), tuple(place), (3, 3), textcoords="offset points", fontsize="x-small", gid="name")
     for side, values, name in zip("xy", (x, y), names, strict=False):
         label = wording.with_unit(appearance.symbol(name), str(panel[name].attrs.get("units", "1")), "  ({})")
         ax.set(**{f"{side}label": label, f"{side}scale": "log" if spreads_by_ratio(values) else "linear"})
@@ -105,6 +105,8 @@ def _histogram(ax: Axes, measured: xr.DataArray, panel: xr.Dataset, flag: str, f
         bins = np.linspace(low, high if high > low else low + (abs(low) or 1.0), BINS)
         used_flags = [value for value in flag_colors if (panel[flag].values[finite] == value).any()]
         groups = [values[finite & (panel[flag].values == value)] for value in used_flags]
-        ax.hist(groups, bins, stacked=True, color=[flag_colors[value] for value in used_flags], gid="histogram")
+        ax.hist(
+            groups, bins.tolist(), stacked=True, color=[flag_colors[value] for value in used_flags], gid="histogram"
+        )
     name = str(measured.name).replace("_", " ")
     ax.set(xlabel=wording.with_unit(name, str(measured.attrs.get("units", "1")), "  ({})"), ylabel="points")

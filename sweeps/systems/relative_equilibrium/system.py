@@ -137,17 +137,17 @@ class RelativeEquilibrium(Described):
         drifts = parse_rows(*(f"{name}_drift{change.format(name.replace('_', ' '))}" for name in model.quantities))
         return VARIABLES | (INVARIANTS if model.n == 4 else {}) | drifts | self.places()
 
-    def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
+    def columns(self, points: Mapping[str, np.ndarray], integration: FlowIntegration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.relative`."""
         self._load_code()
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         return self.mechanism.survey(self.slots(points), *settings, integration.runs)
 
-    def motions(self, points: Mapping[str, np.ndarray], integration: Integration) -> int:
+    def motions(self, points: Mapping[str, np.ndarray], integration: FlowIntegration) -> int:
         """Return the number of runs of each equilibrium, which all its eigenvalues share."""
         return next(iter(points.values())).size * self._runs(integration) // self.mechanism.n
 
-    def _runs(self, integration: Integration) -> int:
+    def _runs(self, integration: FlowIntegration) -> int:
         """Return the number of runs of a point."""
         from sweeps.mechanics.relative import usual_runs
 
@@ -212,7 +212,7 @@ class Linearised:
         self._conserved_values = sp.lambdify((*equations.parameters, *equations.states), conserved_quantities, "numpy")
         self._cached_solve = lru_cache(MAX_CACHED_POINTS)(self._solve)
 
-    def at(self, point: Mapping[str, object]) -> tuple[Eigenvalues, Eigenvalues]:
+    def at(self, point: Mapping[str, float | str]) -> tuple[Eigenvalues, Eigenvalues]:
         """Return eigenvalues at a point from a differenced Jacobian and from motions."""
         parameters = tuple(float(point[name]) for name in self.model.names) or (0.0,)
         return self._cached_solve(parameters, self.model.system.names.index(str(point["equilibrium"])))

@@ -115,4 +115,4 @@ def _omega(body: SpunBody, spun: Mapping[str, float], start: Any) -> np.ndarray:
     axis = spin.get("axis", body.axis or int(np.argsort(body.moments, kind="stable")[1]) + 1)
     if np.ndim(axis) or axis not in (1, 2, 3):
         raise DefinitionError(f"start.axis: {display(axis)}; allowed: 1, 2 or 3")
-    return initial_state(dict(zip(MOMENTS, body.moments, strict=True)) | spun | {"axis": axis})[1]
+    return initial_state({**dict(zip(MOMENTS, body.moments, strict=True)), **spun, "axis": axis})[1]

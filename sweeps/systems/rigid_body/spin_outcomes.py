@@ -10,6 +10,7 @@ Source: Landau and Lifshitz, Mechanics, section 37; see `kernels.free.linear` an
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,8 @@ from sweeps.systems.motion import DAY, format_span
 from sweeps.systems.rigid_body.system import NearAxisDefinition, SpunBody, initial_state
 
 DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, rad
-Axes, Moments = tuple[int, ...], tuple[float, float, float]
+Axes = tuple[int, ...]
+Moments = tuple[float, float, float]
 AXES = (1, 2, 3)
 PREDICTED_REGIMES = tuple(VERDICTS)  # in the order of the codes of `kernels.free.linear.regime`, from 0
 
@@ -69,8 +71,9 @@ def predict_spins(moments: Moments, omega0: float, epsilon: float, phase: float,
 
 def _predict_spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Spin:
     """Return the outcome of a spin in closed form: regime, periods, largest tilt and twist; `moments` in kg m2."""
-    regime = PREDICTED_REGIMES[int(linear.regime(*moments, axis))]
-    rate = math.sqrt(abs(float(linear.omega_squared(*moments, omega0, axis))))
+    I1, I2, I3 = moments
+    regime = PREDICTED_REGIMES[int(linear.regime(I1, I2, I3, axis))]
+    rate = math.sqrt(abs(float(linear.omega_squared(I1, I2, I3, omega0, axis))))
     point = dict(zip(MOMENTS, moments, strict=True), axis=axis, omega0=omega0, epsilon=epsilon, phase=phase)
     top = exact.set_up(*moments, *initial_state(point)[1])
     tilt = math.degrees(exact.max_tilt(top, axis))
@@ -191,7 +194,7 @@ def check_body(values: Mapping, spin: Mapping[str, object], load: Callable[[Mapp
     """
     rates = {name: spin[name] for name in DEFAULTS if spin.get(name) is not None}
     grid = {} if "omega0" in rates else {"omega0": 1.0}
-    body = load_body({"bodies": [values | rates], "grid": grid}, load).bodies[0]
+    body = load_body({"bodies": [{**values, **rates}], "grid": grid}, load).bodies[0]
     shapes.refuse_impossible("body: moments", body.moments)
     return body
 
@@ -235,7 +238,8 @@ def predict_body(
     Returns:
         Facts in SI units, angles in rad; lines on the body; (axis, outcome) of each spin; lines on observations.
     """
-    facts = {"name": body.name, "moments": body.moments, "moments_are_ratios": body.ratios is not None, **spun}
+    facts: dict[str, Any] = {"name": body.name, "moments": body.moments}
+    facts |= {"moments_are_ratios": body.ratios is not None, **spun}
     if body.principal is not None:
         facts |= {"frame": body.frame, "principal_axes": body.principal.axes, "notes": body.principal.notes}
     if body.solid is not None:

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import model_validator
 
 from kernels.estimator import statuses
-from sweeps.schema.parameters import grid_model, key, mapping, spread
+from sweeps.schema.parameters import Range, grid_model, key, mapping, spread
 from sweeps.schema.refusals import Problem, display, refusals
 from sweeps.schema.values import number
 from sweeps.schema.variables import Parameter, Quantity, Role, Variable, table
@@ -49,8 +49,9 @@ EXACT = parse_rows(
 
 _MEASURED = (with_exact(name, "s", text, name, bodies.TWO_RUNS) for name, text in PERIODS.items())
 _PERIODS, _ERRORS = zip(*_MEASURED, strict=True)
-_HEADLINE = {"exact": "mode_exact", "role": Role.HEADLINE}
-_MODE = Variable("mode", None, "mode of the motion, measured", "i1", MODES, _MODES, -1, **_HEADLINE)
+_MODE = Variable(
+    "mode", None, "mode of the motion, measured", "i1", MODES, _MODES, -1, exact="mode_exact", role=Role.HEADLINE
+)
 MEASURED = table(_MODE, *_PERIODS, *_ERRORS, make_status(statuses.NON_FINITE))
 
 VARIABLES = MEASURED | EXACT
@@ -117,7 +118,7 @@ class TumblingDefinition(FollowedDefinition):
 
 def _ends(entry) -> tuple[float, float]:
     values = spread(entry)
-    ends = (values.start, values.stop) if hasattr(values, "start") else values
+    ends = (values.start, values.stop) if isinstance(values, Range) else values
     return float(np.min(ends)), float(np.max(ends))
 
 

@@ -35,9 +35,9 @@ class BodyAnswer:
     def __str__(self) -> str:
         from sweeps.figure import printing
 
-        console = printing.console(StringIO())
-        self.show(console)
-        return console.file.getvalue().rstrip()
+        text = StringIO()
+        self.show(printing.console(text))
+        return text.getvalue().rstrip()
 
     def show(self, console: "Console") -> None:
         """Print the answer: the outcome of each spin, then the body and its spin."""

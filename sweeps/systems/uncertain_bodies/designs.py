@@ -149,7 +149,7 @@ def sobol_indices(
     fA, fB = fA - centre, fB - centre
     shape = (*normals_AB.shape[:2], *fA.shape[1:])
     variance = ((fA**2 + fB**2) / 2).reshape(shape).mean(axis=1)
-    indices = {name: [] for name in ("first", "first_error", "total", "total_error")}
+    indices: dict[str, list] = {name: [] for name in ("first", "first_error", "total", "total_error")}
     for values in fM:
         f_AB = values - centre
         for name, terms in (("first", fB * (f_AB - fA)), ("total", (fA - f_AB) ** 2 / 2)):

@@ -120,11 +120,13 @@ BODY_COORDINATES = {
 }
 COORDINATES = BODY_COORDINATES | EXTRA_COORDINATES
 
-_TABLES = {
-    "coordinates": {"body": BODY_COORDINATES["body"], **COORDINATES},
-    "variables": VARIABLES | TWISTS | DRAW_VARIABLES,
-}
-LAYOUT = replace(RIGID_BODY_LAYOUT, needed=tuple(VARIABLES), over={}, **_TABLES)
+LAYOUT = replace(
+    RIGID_BODY_LAYOUT,
+    needed=tuple(VARIABLES),
+    over={},
+    coordinates={"body": BODY_COORDINATES["body"], **COORDINATES},
+    variables=VARIABLES | TWISTS | DRAW_VARIABLES,
+)
 
 
 FRACTION = "a fraction from 0 to below 1, as a number (0.05) or in per cent (5 %)"
@@ -344,7 +346,7 @@ class UncertainBodies(FreeBody):
 
     name = "uncertain_bodies"
     kernels = ("near_axis.survey", "free.jacobi_eigen", "events.twist")
-    existence = ()
+    existence: tuple[str, ...] = ()
     compiled = (*SURVEY, FLIPPED, Example("free.jacobi_eigen"))
     compile_seconds = 14.0
     model = UncertainDefinition

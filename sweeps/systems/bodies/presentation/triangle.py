@@ -1,6 +1,7 @@
 """The inertia triangle in figures: the shapes of a grid over I1/I3 and I2/I3, with sides and labels."""
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -36,7 +37,7 @@ def frame(ax: Axes, axis: int, is_large: bool) -> None:
     ax.set_yticks(ticks, [f"{t:g}" for t in ticks])
     if not is_large:
         return
-    label_props = {"color": colors.QUIET, "fontsize": 8.5, "ha": "center", "va": "center"}
+    label_props: dict[str, Any] = {"color": colors.QUIET, "fontsize": 8.5, "ha": "center", "va": "center"}
     ax.text(0.70, 0.25, r"flat:  $I_1 + I_2 = I_3$", rotation=-45, rotation_mode="anchor", **label_props)
     ax.text(0.25, 0.30, "physically\nimpossible", **label_props)
     if axis != 3:

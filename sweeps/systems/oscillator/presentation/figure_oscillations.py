@@ -37,7 +37,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     x, y, _ = planes.longest_parameters(ds["omega_squared"], ("equilibrium", "mode"))
     subset = _select(ds, x, y)
     panels, marginal = _panels(subset)
-    coordinates = [name for name in ds.data_vars if name.endswith("_equilibrium")]
+    coordinates = [name for name in map(str, ds.data_vars) if name.endswith("_equilibrium")]
     has_equilibria = len(coordinates) == 1 and ds.sizes["equilibrium"] > 1 and _moves_over(subset[coordinates[0]], x)
     count = len(panels)
     is_above = has_equilibria and sheets.is_narrow()  # the equilibria above the panels, and not next to them
@@ -93,7 +93,7 @@ def _panels(subset):
 def _select(ds, x, y):
     """Select the middle of every dimension except x and y, and at most `planes.MAX_DRAWN` values of these."""
     names = ["omega_squared", "omega_squared_theory", "rate_scale", "regime", "status"]
-    names += [name for name in ds.data_vars if name.endswith("_equilibrium") or name == "regime_theory"]
+    names += [name for name in map(str, ds.data_vars) if name.endswith("_equilibrium") or name == "regime_theory"]
     subset = ds[names].isel(planes.cut_indices(ds["omega_squared"], (x, y), ("equilibrium", "mode"))).load()
     rate_scale_squared = subset["rate_scale"] ** 2
     return subset.assign(

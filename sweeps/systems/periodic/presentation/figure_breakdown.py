@@ -25,7 +25,7 @@ def draw(ds: xr.Dataset, appearance: Appearance, ax: Axes | None = None) -> Figu
     `appearance` has the words and symbols, `ax` is the place of the figure within another one.
     """
     subset = ds[["trace", "trace_theory", "trace_error", "regime_theory"]].sortby("epsilon")
-    free_dims = [name for name in subset["trace"].dims if name != "epsilon" and ds.sizes[name] > 1]
+    free_dims = [name for name in map(str, subset["trace"].dims) if name != "epsilon" and ds.sizes[name] > 1]
     subset = subset.isel({name: 0 for name in subset["trace"].dims if name not in (*free_dims, "epsilon")}).load()
     combinations = list(product(*(range(ds.sizes[name]) for name in free_dims)))
     figure = canvas.make_figure(6.8, 4.6, "How far linear theory holds", ds.attrs.get("title", ""), ax=ax)
@@ -34,7 +34,7 @@ def draw(ds: xr.Dataset, appearance: Appearance, ax: Axes | None = None) -> Figu
         series = subset.isel(dict(zip(free_dims, combinations[k], strict=True)))
         size = np.maximum(1.0, np.abs(series["trace_theory"].values))
         deviation, error = (
-            np.abs(series["trace"] - series["trace_theory"]).values / size,
+            abs(series["trace"] - series["trace_theory"]).values / size,
             series["trace_error"].values / size,
         )
         slope, _, _ = power_law(epsilon, deviation, deviation_floor(epsilon, deviation, MIN_DRAWN * size))

@@ -53,9 +53,9 @@ def page_equations(system: "System") -> dict | None:
     except UnsupportedExpressionError:
         return None
     n = len(equations.v)
-    points = iter(points)
+    remaining_points = iter(points)
     drawn = [
-        [element.kind, element.label, [[next(points) for _ in point] for point in element.points]]
+        [element.kind, element.label, [[next(remaining_points) for _ in point] for point in element.points]]
         for element in picture_parts
     ]
     page = {"coordinates": coordinates, "shared": shared, "a": [trees[i * n : (i + 1) * n] for i in range(n)]}

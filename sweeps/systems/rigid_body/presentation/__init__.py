@@ -27,7 +27,7 @@ class RigidBodyPresentation(Presentation):
         from sweeps.systems.rigid_body.presentation.figure_stability import plane_and_cuts
 
         plane, at = (SHAPE, super().opening(ds).at) if is_of_shapes(ds) else plane_and_cuts(ds)
-        return Opening(plane, at | {dim: ds[dim].values[i].item() for dim, i in (racket_at(ds) or {}).items()})
+        return Opening(plane, {**at, **{dim: ds[dim].values[i].item() for dim, i in (racket_at(ds) or {}).items()}})
 
     def page(self, ds: Dataset) -> Page:
         """Return the table of bodies, the rotating body, and the limit of linear theory."""

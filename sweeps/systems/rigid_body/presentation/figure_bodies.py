@@ -22,8 +22,15 @@ PERIOD_INCHES, LINE_INCHES = 1.28, 0.145  # heights of a period's row and of a l
 NOTE_WIDTH, NAME_WIDTH = 4.6, 20  # characters of a note per inch of the figure, and of a line of a name
 AXIS, GROWS, FLIPS = 0.3, 0.97, 1.87  # inches from the right edge of the panel of rates to these columns of text
 HEADING_LENGTH = 40  # characters of a period's heading
-MEASURED = {"label": "rigid body, measured", "marker": "o", "ms": 7.5, "color": colors.STABLE}
-OBSERVED = {"label": "observed", "marker": "D", "ms": 6.5, "color": colors.PAPER, "mec": colors.INK, "mew": 1.3}
+MEASURED: dict[str, Any] = {"label": "rigid body, measured", "marker": "o", "ms": 7.5, "color": colors.STABLE}
+OBSERVED = MEASURED | {
+    "label": "observed",
+    "marker": "D",
+    "ms": 6.5,
+    "color": colors.PAPER,
+    "mec": colors.INK,
+    "mew": 1.3,
+}
 HOLLOW = ("sphere", "undetermined")  # regimes with hollow markers
 LIGHT = (*HOLLOW, "stable_minor")  # regimes with light markers, on which the numeral is dark
 NUMERAL = {"ha": "center", "va": "center", "fontsize": 7.6, "fontweight": "bold", "zorder": 4}
@@ -194,7 +201,7 @@ def _draw_periods(ax: Axes, periods: list[Period], inches: float) -> None:
     ax.set_xlabel("period in the body's frame  (days of 86,400 s)")
     ax.set_title("" if sheets.is_narrow() else "Periods", loc="left", fontweight="bold", fontsize=9.5)
     handles = [Line2D([], [], ls="none", **props) for props in (MEASURED, OBSERVED)]
-    corner = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
+    corner: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
     ax.legend(handles=handles, ncols=2, handletextpad=0.3, columnspacing=1.2, **corner)
     marks.draw_grid(ax, "x")
 

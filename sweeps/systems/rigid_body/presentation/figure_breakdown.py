@@ -33,7 +33,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     table_width = 7.4 / max(
         figure.get_size_inches()[0] - 4.7, 2.0
     )  # relative to a panel's: the same number of inches in each figure
-    ratios = {"width_ratios": (1.0, 1.0, table_width)} if lines == 1 else {}
+    ratios: dict[str, Any] = {"width_ratios": (1.0, 1.0, table_width)} if lines == 1 else {}
     stable_ax, unstable_ax, table = np.ravel(figure.subplots(lines, columns, **ratios))[:3]
     unstable_ax.sharey(stable_ax)
     unstable_ax.sharex(stable_ax)
@@ -112,8 +112,8 @@ def _draw_series(ax: Axes, series: xr.Dataset, index: int, colored_bodies: list[
     props = _line_props(index, colored_bodies) | {"ls": LINES[axis], "zorder": 3 if index in colored_bodies else 2}
     ax.plot(epsilon, visible, lw=0.7, alpha=0.35, gid=f"{index} {axis}", **(props | {"marker": "none"}))
     spacing, width = max(1, epsilon.size // 7), 1.6 if index in colored_bodies else 0.9
-    markers = {"ms": 3.8, "mec": colors.PAPER, "mew": 0.4, "markevery": ((index * 3 + axis) % spacing, spacing)}
-    ax.plot(epsilon, above, lw=width, **props, **markers)
+    markers: dict[str, Any] = {"markevery": ((index * 3 + axis) % spacing, spacing), "ms": 3.8, "mew": 0.4}
+    ax.plot(epsilon, above, lw=width, mec=colors.PAPER, **props, **markers)
 
 
 def _draw_reference(ax: Axes, fits: xr.Dataset, epsilon: np.ndarray) -> None:
@@ -135,7 +135,7 @@ def _draw_table(ax: Axes, fits: xr.Dataset, colored_bodies: list[int]) -> None:
     ax.set(xlim=(0, 1), ylim=(rows + 0.4, -2.4))
     columns = np.linspace(0.69, 0.95, len(axes)) if len(axes) > 1 else [0.82]
     head: dict[str, Any] = {"va": "center", "fontsize": 8.5, "color": colors.QUIET}
-    ax.text(np.mean(columns), -2.05, "fitted exponent about axis", ha="center", **head)
+    ax.text(float(np.mean(columns)), -2.05, "fitted exponent about axis", ha="center", **head)
     for x, axis in zip(columns, axes, strict=True):
         ax.text(x, -1.25, str(axis), ha="center", va="center", fontsize=9, fontweight="bold")
         ax.plot([x - 0.05, x + 0.05], [-0.72, -0.72], color=colors.INK, lw=1.1, ls=LINES[axis])

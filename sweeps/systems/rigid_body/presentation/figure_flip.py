@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.lines import Line2D
 
 from kernels.free import exact
 from sweeps.figure import colors, marks, sheets, wording
@@ -42,7 +43,7 @@ COMPONENTS = tuple(colors.SERIES_COLORS[:3])
 INDICES = "₁₂₃"
 
 
-def most_unstable(ds: Dataset) -> dict[str, float] | None:
+def most_unstable(ds: Dataset) -> dict[str, Any] | None:
     """Return the physically possible point with the largest growth rate over its spin rate; None if none grows.
 
     The point is a mapping of parameters by name, and `body` if the map has bodies.
@@ -60,12 +61,14 @@ def most_unstable(ds: Dataset) -> dict[str, float] | None:
     return None if best is None else {name: best[name].values.item() for name in names if name in best.coords}
 
 
-def racket(ds: Dataset) -> dict[str, float] | None:
+def racket(ds: Dataset) -> dict[str, Any] | None:
     """Return the point of a tennis racket thrown about its axis 2; None if it is not on the grid."""
     indices = racket_at(ds)
     if indices is None:
         return None
-    values = {name: ds[name].isel({dim: indices[dim] for dim in ds[name].dims}).values.item() for name in PARAMETERS}
+    values = {
+        name: ds[name].isel({dim: indices[str(dim)] for dim in ds[name].dims}).values.item() for name in PARAMETERS
+    }
     return {"body": "Tennis racket"} | {name: float(value) for name, value in values.items()}
 
 
@@ -77,7 +80,7 @@ def racket_at(ds: Dataset) -> dict[str, int] | None:
     indices = {n: int(np.argmin(np.abs(np.abs(ds[n].values) - v))) for n, v in target.items() if n in ds.dims}
     indices |= {name: 0 for name in ("epsilon", "phase")}
     indices |= nearest_by(ds, {name: value for name, value in RACKET.items() if name not in ds.dims}, indices)
-    nearest = [ds[name].isel({dim: indices[dim] for dim in ds[name].dims}).values.item() for name in RACKET]
+    nearest = [ds[name].isel({dim: indices[str(dim)] for dim in ds[name].dims}).values.item() for name in RACKET]
     return indices if np.allclose(nearest, list(RACKET.values()), rtol=1e-9, atol=0.0) else None
 
 
@@ -193,9 +196,9 @@ def _draw(captions: _Captions, moments, times, omegas, attitude_matrices) -> Ite
     yield from animation.draw_frames(figure, frames())
 
 
-def _draw_omega(ax: Axes, omegas, times) -> list[Artist]:
+def _draw_omega(ax: Axes, omegas, times) -> list[Line2D]:
     """Draw the components of the angular velocity over time; return a dot for each."""
-    dots = []
+    dots: list[Line2D] = []
     for k, color in enumerate(COMPONENTS):
         ax.plot(times, omegas[:, k], color=color, lw=1.6, label=f"ω{INDICES[k]}")
         dots += ax.plot([], [], "o", color=color, ms=5, animated=True)

@@ -112,7 +112,7 @@ def most_asymmetric_body(ds: Dataset) -> AsymmetricBody | None:
         table = np.column_stack([ds[name].values for name in MOMENTS])
         names, ratios = ds["body"].values.tolist(), ds["moments_are_ratios"].values
     elif point := racket(ds):
-        table, names, ratios = np.array([[point[name] for name in MOMENTS]]), [point["body"]], [False]
+        table, names, ratios = np.array([[point[name] for name in MOMENTS]]), [point["body"]], np.array([False])
     else:
         table = _sample_moments(ds)
         names, ratios = [""] * len(table), np.zeros(len(table), bool)
@@ -263,7 +263,7 @@ def _draw_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
         ax.plot(*np.outer(direction, [-end, end]), lw=0.6, alpha=0.3, ls=(0, (4, 3)), zorder=2, **line)
         arrow = {"arrowstyle": "-|>", "lw": 1.1, "shrinkA": 0, "shrinkB": 0, "color": colors.INK}
         ax.annotate("", direction * (to_outline + extra_length), direction * end, arrowprops=arrow, zorder=6)
-        dot = {"marker": "o", "ms": 6.0, "mec": colors.PAPER, "mew": 0.9, "gid": "spin"}
+        dot: dict[str, Any] = {"marker": "o", "ms": 6.0, "mec": colors.PAPER, "mew": 0.9, "gid": "spin"}
         ax.plot(*(direction * end)[:, None], color=APPEARANCE.color(scene.kinds[i]), zorder=7, **dot)
         text = f"axis {axis + 1}: {rank[axis]}\n$I_{axis + 1}$ = {wording.format_number(body.moments[axis], 4)}"
         _label_axis(ax, direction * (to_outline + extra_length), direction, text, is_tall=scene.half[1] > scene.half[0])

@@ -134,7 +134,9 @@ def _select_plane(
     ds: Dataset, axis: int, sides: tuple[str, ...], fixed_values: Mapping[str, float]
 ) -> Mapping[str, np.ndarray]:
     """Return the columns of a picture's plane (or line) and `signed_rate`, shape (…, x), at most `MAX_CELLS`²."""
-    indices = {name: int(np.flatnonzero(ds[name].values == value)[0]) for name, value in fixed_values.items()}
+    indices: dict[str, int | slice] = {
+        name: int(np.flatnonzero(ds[name].values == value)[0]) for name, value in fixed_values.items()
+    }
     indices |= {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}
     indices |= {name: slice(None, None, -(-ds.sizes[name] // MAX_CELLS)) for name in sides}
     columns = {name: ds[name].values[indices[name]] for name in sides}
@@ -273,9 +275,9 @@ def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], thi
 
 
 @cache
-def real_bodies(*files: str) -> tuple[tuple[str, tuple[float, float, float], tuple, str], ...]:
+def real_bodies(*files: str) -> tuple[tuple[str, tuple[float, ...], tuple, str], ...]:
     """Return label, moments in units of I3, offset and alignment of real bodies in `files`, or in all definitions."""
-    bodies = []
+    bodies: list[tuple[str, tuple[float, ...], tuple, str]] = []
     for file, labels in BODY_LABELS.items():
         if files and file not in files:
             continue

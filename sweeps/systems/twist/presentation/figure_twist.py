@@ -25,7 +25,8 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """Draw |twist| over I1/I2 and I3/I2 at one chi, with contours of the growth rate; else return None."""
     if "body" in ds.dims or min(ds.sizes.get(name, 1) for name in ("I1", "I3")) < 2 or ds.sizes["I2"] > 1:
         return None
-    indices = {"chi": int(np.argmin(np.abs(np.abs(ds["chi"].values) - THROW_ANGLE))), "I2": 0, "theta": 0, "omega0": 0}
+    indices: dict[str, Any] = {"chi": int(np.argmin(np.abs(np.abs(ds["chi"].values) - THROW_ANGLE)))}
+    indices |= {"I2": 0, "theta": 0, "omega0": 0}
     indices |= {name: spaced_indices(ds.sizes[name], MAX_DRAWN) for name in ("I1", "I3")}
     plane = ds[["twist_exact", "growth", "triangle_margin"]].isel(indices).load().sortby(["I1", "I3"])
     chi, theta = (wording.format_number(float(plane[name]), digits) for name, digits in (("chi", 3), ("theta", 4)))
@@ -41,7 +42,7 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     figure.colorbar(mesh, ax=ax, label="|twist|  (half turns)", extend="max")
     growth = np.where(margin >= 0, plane["growth"].transpose("I3", "I1").values, np.nan)
     lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0], colors="white", linewidths=0.9)
-    ax.clabel(lines, lines.levels[:2], fmt=lambda value: rf"$\sigma = {value:g}\,\omega_0$", fontsize=7.5)
+    ax.clabel(lines, list(lines.levels)[:2], fmt=lambda value: rf"$\sigma = {value:g}\,\omega_0$", fontsize=7.5)
     impossible = ax.contourf(x, y, margin, [-np.inf, 0.0], colors=colors.PAPER, hatches=["////"], zorder=2)
     impossible.set(edgecolor=colors.QUIET, lw=0.0)
     ax.contour(x, y, margin, [0.0], colors=colors.INK, linewidths=1.0)
@@ -66,9 +67,9 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     figure = canvas.make_figure(7.2, 5.2, "Shortfall of the twist from a half turn", subtitle, ax=ax)
     ax = figure.subplots()
     x = np.exp(-np.pi * bodies["growth"].values)
-    defect = np.pi - np.abs(bodies["twist" if "twist" in bodies else "twist_exact"])
+    defect: xr.DataArray = np.pi - abs(bodies["twist" if "twist" in bodies else "twist_exact"])
     has_names = x.size <= MAX_NAMED
-    dot = {"ms": 6.0 if has_names else 2.4, "mew": 0.0, "alpha": 1.0 if has_names else 0.5}
+    dot: dict[str, Any] = {"ms": 6.0 if has_names else 2.4, "mew": 0.0, "alpha": 1.0 if has_names else 0.5}
     ring = {"ms": 9.0, "mfc": "none", "mew": 1.6} if has_names else dot
     least_defect = defect.min("chi").values if "chi" in defect.dims else defect.values
     label = rf"twist, {'measured' if 'twist' in bodies else 'closed form'}, minimum over $\chi$"
@@ -97,7 +98,7 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
             x[order], heights, least_defect[order], bodies["body"].values[order], strict=True
         ):
             marks.annotate(ax, str(name), place, (-7, 0), xycoords=("data", "axes fraction"), **props)
-            ax.annotate("", (place[0], defect_of_body), place, **leader)
+            ax.annotate("", (place[0], defect_of_body), tuple(place), **leader)
     for axis in (ax.xaxis, ax.yaxis):
         axis_scales.set_plain_log_ticks(axis)
     marks.draw_grid(ax)
