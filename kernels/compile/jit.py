@@ -20,10 +20,10 @@ from typing import Any
 from kernels.compile.cache import KernelCache
 
 # only a function that is passed as an argument needs a form to be called by C
-OPTIONS = {"error_model": "numpy", "no_cfunc_wrapper": True}
-PASSED = {**OPTIONS, "no_cfunc_wrapper": False}
-INNER = {**OPTIONS, "no_cpython_wrapper": True}  # only kernels call it: a form for Python takes long to compile
-INLINE = {**OPTIONS, "forceinline": True}  # a loop over lanes vectorises only what is inlined into it
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
+PASSED: dict[str, Any] = {**OPTIONS, "no_cfunc_wrapper": False}
+INNER: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}  # only kernels call it: a form for Python takes long
+INLINE: dict[str, Any] = {**OPTIONS, "forceinline": True}  # a loop over lanes vectorises only what is inlined into it
 
 # Processors for which LLVM uses vectors of 256 bits although 512 do not lower their clock. (Skylake-X, Cascade Lake,
 # Cooper Lake and Cannon Lake lower it, and keep LLVM's choice.)
@@ -52,7 +52,7 @@ def is_plain() -> bool:
     return bool(config.DISABLE_JIT)
 
 
-def njit(*signature, name: str = "", **options):
+def njit(*signature: Any, name: str = "", **options: Any) -> Any:
     """Compile a function as ``numba.njit`` does, and keep its machine code in the cache of kernels.
 
     Args:
@@ -147,7 +147,7 @@ def whole_vectors() -> None:
 
 @cache
 def takes_whole_vectors() -> bool:
-    """Return whether :func:`whole_vectors` has an effect: on some processors (FULL_WIDTH), by rule and without a user's own.
+    """Return whether :func:`whole_vectors` has an effect: on some processors (FULL_WIDTH), unless a user sets a rule.
 
     Rates alone are measured a quarter faster there.
     """
