@@ -144,10 +144,10 @@ def add_moments(parser: Parser) -> None:
     parser.add_argument("--moments", nargs=3, help='I1 I2 I3, kg m2 ("12 kg cm2")', **quantities)
     parser.add_argument("--ratios", nargs=3, help="I1 I2 I3 in any one unit", **quantities)
     parser.add_argument("--tensor", nargs=9, help="tensor of inertia, row by row, kg m2", **quantities)
-    parser.add_argument("--mesh", metavar="FILE", help="a closed surface: STL, OBJ, PLY or OFF")
+    parser.add_argument("--mesh", metavar="FILE", help="a closed surface: STL, OBJ, PLY, OFF, GLB, DAE, TAB or TXT")
     parser.add_argument("--density", help="density of the mesh, kg m-3", **quantities)
     parser.add_argument("--mass", help="mass of the mesh, kg, in place of its density", **quantities)
-    parser.add_argument("--unit", default="m", help="unit of length of the mesh: m (default), cm, mm, in, ft")
+    parser.add_argument("--unit", default="m", help="unit of length of the mesh: m (default), cm, mm, um, km, in, ft")
 
 
 def body(args: argparse.Namespace) -> str | dict | None:

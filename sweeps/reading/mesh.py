@@ -1,6 +1,9 @@
-"""Meshes in STL, OBJ, PLY and OFF: their points and triangles only.
+"""Meshes in STL, OBJ, PLY, OFF, GLB and DAE, and shape models in tables: their points and triangles only.
 
-trimesh parses in a child process (see `sweeps.reading.sandbox`); textures, materials and colours are left there.
+trimesh parses in a child process (see `sweeps.reading.sandbox`); textures, materials and colours are left there. Shape
+models of small bodies come as .tab or .txt: as OBJ text (Planetary Data System), or as the numbers of points and of
+triangles, three coordinates of each point and three numbers of points of each triangle, in which rows may begin with
+their own number (DAMIT, and the plate models of the Planetary Data System).
 """
 
 import hashlib
@@ -13,7 +16,8 @@ from sweeps.reading import sandbox
 from sweeps.reading.files import FileBytes
 from sweeps.schema.refusals import MapError, RefusedError
 
-SUFFIXES = (".stl", ".obj", ".ply", ".off")
+TABLES = (".tab", ".txt")
+SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb", ".dae", *TABLES)
 MAX_MESH_BYTES = 2**28
 SECONDS_PER_BYTE = 2.0**-21  # processor seconds per byte, in addition to `sandbox.MAX_SECONDS`
 MEMORY_FACTOR = 12  # bytes of memory per byte of the file, in addition to `sandbox.MAX_BYTES`
@@ -53,6 +57,11 @@ def _read_open_file(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
         import trimesh  # noqa: F401 -- here, since the child can open no file
     except ImportError:
         raise MeshError("needs trimesh, which is not here", "pip install -e '.[mesh]'") from None
+    if Path(file.path).suffix.lower() == ".dae":
+        try:
+            import collada  # noqa: F401
+        except ImportError:
+            raise MeshError("needs pycollada, which is not here", "pip install pycollada, or an STL file") from None
     digest = hashlib.file_digest(file, "sha256").hexdigest()
     seconds, memory = (
         sandbox.MAX_SECONDS + file.size * SECONDS_PER_BYTE,
@@ -76,26 +85,57 @@ def _read_open_file(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
 
 
 def _parse_mesh(file: FileBytes):
-    """Return an empty part, vertices and faces, or one part, why there are none; runs in the child.
-
-    Vertices closer than some 1e-10 of the mesh's size become one: trimesh would merge those within 1e-8 of the file's
-    unit, whatever the mesh's size, and keep apart what differs in normals or texture.
-    """
+    """Return an empty part, vertices and faces, or one part, why there are none; runs in the child."""
     import trimesh
 
     try:
         file.seek(0)
         with np.errstate(all="ignore"):
-            # of a stream, without a path: textures and materials that the file names are not looked for
-            kind, options = Path(file.path).suffix[1:].lower(), {"skip_materials": True, "process": False}
-            mesh = trimesh.load_mesh(file, file_type=kind, **options)
-            vertices = np.array(mesh.vertices, "f8")
-            size = np.ptp(vertices, axis=0).max() if len(vertices) else 1.0
-            unit = 2.0 ** np.floor(np.log2(size) - 6)  # products with it are exact
-            mesh = trimesh.Trimesh(vertices / unit, mesh.faces, process=False)
-            mesh.merge_vertices()
-        return [b"", (mesh.vertices * unit).tobytes(), np.array(mesh.faces, "i8").tobytes()]
+            kind = Path(file.path).suffix.lower()
+            if kind in TABLES:
+                kind = ".obj" if file.read(2**16).lstrip()[:2] in (b"v ", b"v\t", b"# ", b"o ", b"g ") else kind
+                file.seek(0)
+            if kind in TABLES:
+                vertices, faces = _parse_table(file.read())
+            else:  # of a stream, without a path: textures and materials that the file names are not looked for
+                mesh = trimesh.load_mesh(file, file_type=kind[1:], skip_materials=True, process=False)
+                vertices, faces = np.array(mesh.vertices, "f8"), np.array(mesh.faces, "i8")
+            vertices, faces = _join_equal(vertices, faces)
+        return [b"", vertices.tobytes(), faces.tobytes()]
     except MemoryError:
         raise
     except Exception as error:  # its readers let errors of every class through
         return [str(error).encode("utf-8", "replace") or type(error).__name__.encode()]
+
+
+def _parse_table(content: bytes) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vertices and faces of a table of points and triangles, the points counted from 0 or from 1."""
+    rows = [row for line in content.splitlines() if (row := line.split(b"#")[0].replace(b",", b" ").split())]
+    if len(rows[0]) == 2:
+        num_points, num_faces = map(int, rows[0])
+        points, triangles = rows[1 : num_points + 1], rows[num_points + 1 :]
+    else:
+        num_points = int(rows[0][0])
+        num_faces = int(rows[num_points + 1][0])
+        points, triangles = rows[1 : num_points + 1], rows[num_points + 2 :]
+    vertices = np.array([row[-3:] for row in points], dtype=bytes).astype("f8")
+    faces = np.array([row[-3:] for row in triangles], dtype=bytes).astype("i8")
+    if {len(row) for row in rows[1:]} - {1, 3, 4} or len(faces) != num_faces or len(vertices) != num_points:
+        raise ValueError("it is no table of the numbers of points and triangles, points, and triangles")
+    return vertices, faces - (faces.min() if faces.min() in (0, 1) else 0)
+
+
+def _join_equal(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices with equal ones made one (by hashes of their bits, which are compared thereafter), and faces."""
+    if len(faces) and not 0 <= faces.min() <= faces.max() < len(vertices):
+        raise ValueError("it names points that it does not have")
+    vertices = vertices + 0.0  # no negative zeros
+    keys = np.zeros(len(vertices), np.uint64)
+    for bits in np.ascontiguousarray(vertices.T).view(np.uint64):
+        keys = (keys ^ bits) * np.uint64(0x9E3779B97F4A7C15)
+        keys = (keys ^ (keys >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
+        keys ^= keys >> np.uint64(32)
+    _, first, number = np.unique(keys, return_index=True, return_inverse=True)
+    if not (vertices[first[number]] == vertices).all():  # equal hashes of different points
+        _, first, number = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
+    return vertices[first], number.reshape(-1)[faces]

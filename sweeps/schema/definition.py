@@ -137,6 +137,11 @@ class Definition(Strict):
         return ""
 
     @property
+    def input_notes(self) -> str:
+        """Remarks on files that the definition names, a line each."""
+        return ""
+
+    @property
     def follows_attitude(self) -> bool:
         """True if the map contains the attitude: quaternions are verified too."""
         return False

@@ -44,7 +44,7 @@ def provenance(sweep: "Sweep") -> dict[str, str]:
         "system": definition.system,
         "definition": definition.text,
         "kernel_fingerprint": system.fingerprint(),
-    } | {name: text for name in ("inputs", "outlines") if (text := getattr(definition, name))}
+    } | {name: text for name in ("inputs", "input_notes", "outlines") if (text := getattr(definition, name))}
 
 
 def identity(sweep: "Sweep") -> dict[str, str]:

@@ -1,11 +1,19 @@
-"""Meshes of several surfaces, against volumes and moments that are known in closed form."""
+"""Meshes as they come, against volumes and moments in closed form, and against trimesh.
+
+Each kind of fault has files of its own, generated with a fixed seed.
+"""
+
+import itertools
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from sweeps.systems.bodies import inertia, mesh_shells
+from sweeps.systems.bodies import inertia, mesh_overlaps, mesh_shells
 
 trimesh = pytest.importorskip("trimesh")
+
+NUM_FILES = 20  # of each kind
 
 
 def box(edges, at=(0.0, 0.0, 0.0), inwards=False):
@@ -16,26 +24,75 @@ def box(edges, at=(0.0, 0.0, 0.0), inwards=False):
     return mesh
 
 
+def ball(subdivisions, radius=1.0, at=(0.0, 0.0, 0.0), inwards=False):
+    mesh = trimesh.creation.icosphere(subdivisions, radius)
+    mesh.apply_translation(at)
+    if inwards:
+        mesh.invert()
+    return mesh
+
+
+def turned(mesh, rng):
+    """Return the mesh in a random attitude at a random place."""
+    mesh = mesh.copy()
+    mesh.apply_transform(trimesh.transformations.random_rotation_matrix(rng.random(3)))
+    mesh.apply_translation(rng.normal(size=3))
+    return mesh
+
+
 def solid(folder, *parts):
-    trimesh.util.concatenate(parts).export(folder / "parts.off")
+    trimesh.util.concatenate(list(parts)).export(folder / "parts.off", digits=17)
     return inertia.solid(folder / "parts.off", density=1.0)
+
+
+def refusal(folder, *parts):
+    with pytest.raises(inertia.MeshError) as refused:
+        solid(folder, *parts)
+    return str(refused.value)
+
+
+def of_trimesh(mesh):
+    """Return volume and principal moments of unit density, by trimesh."""
+    return mesh.volume, np.sort(np.linalg.eigvalsh(mesh.moment_inertia))
 
 
 TWO_BRICKS = [box((1, 1, 1)), box((1, 1, 1), (3, 0, 0))]
 OVERLAPPING = {
-    "a corner in the other": [box((1, 1, 1)), box((1, 1, 1), (0.5, 0.5, 0.5))],
-    "a cross, no corner in the other": [box((4, 1, 1)), box((1, 4, 0.5), (0.1, 0, 0.05))],
-    "end in end, faces in one plane": [box((2, 1, 1)), box((2, 1, 1), (1, 0, 0))],
-    "one in the other, both outwards": [box((3, 3, 3)), box((1, 1, 1), (0.1, 0, 0))],
-    "all but the same": [box((1, 2, 3)), box((1, 2, 3), (1e-3, 0, 0))],
-    "balls": [trimesh.creation.icosphere(2), trimesh.creation.icosphere(2).apply_translation((1.9, 0, 0))],
+    "a corner in the other": ([box((1, 1, 1)), box((1, 1, 1), (0.5, 0.5, 0.5))], 0.125),
+    "a cross, no corner in the other": ([box((4, 1, 1)), box((1, 4, 0.5), (0.1, 0, 0.05))], 0.5),
+    "end in end, faces in one plane": ([box((2, 1, 1)), box((2, 1, 1), (1, 0, 0))], 1.0),
+    "one in the other, both outwards": ([box((3, 3, 3)), box((1, 1, 1), (0.1, 0, 0))], 1.0),
+    "all but the same": ([box((1, 2, 3)), box((1, 2, 3), (1e-3, 0, 0))], 5.994),
+    "balls": ([ball(4), ball(4, at=(1.8, 0, 0))], np.pi * (4 + 1.8) * 0.2**2 / 12),  # a lens
+    "a hollow that reaches out": ([box((2, 2, 2)), box((1, 1, 1), (1, 0, 0), inwards=True)], 0.5),
 }
 
 
+def amount(message):
+    """Return the volume that a refusal names."""
+    return float(message.split(": ")[1].split(" m³")[0])
+
+
 @pytest.mark.parametrize("name", OVERLAPPING)
-def test_what_overlaps_is_refused(tmp_path, name):
-    with pytest.raises(inertia.MeshError, match=r"overlap .*count twice; allowed: "):
-        solid(tmp_path, *OVERLAPPING[name])
+def test_overlaps_are_refused_with_pair_and_volume(tmp_path, name):
+    parts, volume = OVERLAPPING[name]
+    rng = np.random.default_rng(5410)
+    for scale in (1.0, 1e-3):
+        rotation = Rotation.random(random_state=rng).as_matrix()
+        moved = [trimesh.Trimesh(scale * part.vertices @ rotation.T, part.faces, process=False) for part in parts]
+        message = refusal(tmp_path, *moved)
+        assert message.startswith("surfaces 1 and 2 overlap: ")
+        assert amount(message) == pytest.approx(volume * scale**3, rel=0.1)  # the bar; three printed digits
+
+
+@pytest.mark.parametrize("subdivisions", [1, 3, 5])
+def test_no_answer_depends_on_the_fineness_of_the_mesh(tmp_path, subdivisions):
+    """A cavity stays a cavity, and an inner solid is refused, with up to 20,480 triangles in each surface."""
+    outer, inner = ball(subdivisions), ball(subdivisions, 0.5)
+    cavity = ball(subdivisions, 0.5, inwards=True)
+    body = solid(tmp_path, outer, cavity)
+    assert body.volume == pytest.approx(outer.volume - inner.volume, rel=1e-12)  # roundings of sums
+    assert "surfaces 1 and 2 overlap" in refusal(tmp_path, outer, inner)
 
 
 def test_two_bricks_apart_have_the_moments_of_both(tmp_path):
@@ -57,21 +114,229 @@ def test_a_hollow_and_what_lies_in_it_count_once(tmp_path):
     assert not any("surfaces" in note for note in body.principal.notes)
 
 
+def test_hollows_inside_out_as_a_whole(tmp_path):
+    rng = np.random.default_rng(5411)
+    for _ in range(NUM_FILES):
+        radius = rng.uniform(0.3, 1.0)
+        parts = [ball(2, radius, inwards=True), ball(2, rng.uniform(0.2, 0.8) * radius, rng.normal(size=3) * 1e-2)]
+        whole = turned(trimesh.util.concatenate(parts), rng)
+        body = solid(tmp_path, whole)
+        whole.invert()
+        volume, moments = of_trimesh(whole)
+        assert body.volume == pytest.approx(volume, rel=1e-12)  # roundings of sums
+        np.testing.assert_allclose(body.principal.moments, moments, rtol=2e-7)  # equal within 1e-7 count as equal
+        assert body.principal.notes[0] == "its faces looked inwards and were turned"
+
+
 def test_bricks_that_touch_are_apart(tmp_path):
     body = solid(tmp_path, box((1, 1, 1)), box((0.5, 0.5, 1), (0, 0, 1)))
     assert body.volume == pytest.approx(1.25, rel=1e-12)
 
 
-def test_surfaces_too_fine_to_be_compared_are_said(tmp_path, monkeypatch):
-    monkeypatch.setattr(mesh_shells, "MAX_PAIRS", 100)
-    body = solid(tmp_path, box((1, 1, 1)), box((1, 1, 1), (0.5, 0.5, 0.5)))
-    assert "1 pairs of its surfaces are too fine to be compared" in body.principal.notes[0]
+def test_solids_that_share_edges_or_sides_are_closed(tmp_path):
+    """Edges of four triangles, two each way: stacked boxes with common corners."""
+    rng = np.random.default_rng(5412)
+    for _ in range(NUM_FILES):
+        edges = rng.uniform(0.5, 2.0, 3)
+        shifts = [[0, 0, 0], [1, 1, 0], [1, 0, 0], [1, 1, 1]][: rng.integers(2, 5)]
+        whole = trimesh.util.concatenate([box(edges, edges * shift) for shift in shifts])
+        body = solid(tmp_path, turned(whole, rng))
+        volume, moments = of_trimesh(whole)
+        assert body.volume == pytest.approx(volume, rel=1e-12)  # roundings of sums
+        np.testing.assert_allclose(body.principal.moments, moments, rtol=2e-7)  # equal within 1e-7 count as equal
+        assert not any("overlap" in note for note in body.principal.notes)
 
 
-def test_one_flipped_triangle_is_turned_and_said(tmp_path):
-    mesh = box((3, 2, 1))
-    mesh.faces[4] = mesh.faces[4][::-1]
-    mesh.export(tmp_path / "flipped.off")
-    body = inertia.solid(tmp_path / "flipped.off", mass=1.0)
-    np.testing.assert_allclose(body.principal.moments, [5 / 12, 10 / 12, 13 / 12], rtol=1e-12)
-    assert "looked both ways" in body.principal.notes[0]
+def test_a_core_that_fills_a_tube(tmp_path):
+    """Their common circles have edges of four triangles, and no piece between these is closed alone."""
+    tube = trimesh.creation.annulus(0.5, 1.0, 2.0, sections=24)
+    core = trimesh.creation.cylinder(0.5, 2.0, sections=24)
+    circles = [np.unique(np.round(m.vertices[np.hypot(*m.vertices[:, :2].T) < 0.75], 9), axis=0) for m in (tube, core)]
+    assert {*map(tuple, circles[0])} <= {*map(tuple, circles[1])}
+    tube.vertices, core.vertices = np.round(tube.vertices, 12), np.round(core.vertices, 12)
+    body = solid(tmp_path, tube, core)
+    assert body.volume == pytest.approx(tube.volume + core.volume, rel=1e-11)  # corners were rounded at 1e-12
+
+
+def test_corners_a_unit_of_single_precision_apart_are_one(tmp_path):
+    rng = np.random.default_rng(5413)
+    for _ in range(NUM_FILES):
+        mesh = turned(ball(2), rng)
+        triangles = mesh.triangles.astype(np.float32)
+        steps = rng.integers(-1, 2, triangles.shape)
+        triangles += steps * np.spacing(np.float32(np.abs(triangles).max())) * 0.5
+        trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=False).export(tmp_path / "loose.stl")
+        body = inertia.solid(tmp_path / "loose.stl", density=1.0)
+        volume, moments = of_trimesh(mesh)
+        # a unit of single precision is 1.2e-7 of the largest coordinate, of some 3 radii at most
+        assert body.volume == pytest.approx(volume, rel=3e-6)
+        np.testing.assert_allclose(body.principal.moments, moments, rtol=3e-6)
+        assert "were joined" in body.principal.notes[0]
+
+
+def test_triangles_without_area_bound_nothing(tmp_path):
+    rng = np.random.default_rng(5414)
+    for _ in range(NUM_FILES):
+        mesh = turned(box(rng.uniform(0.5, 2.0, 3)), rng)
+        corners = rng.integers(0, 8, (5, 2))
+        mesh.faces = np.concatenate([mesh.faces, np.column_stack([corners, corners[:, 1]])])
+        body = solid(tmp_path, mesh)
+        assert body.volume == pytest.approx(mesh.volume, rel=1e-12)  # roundings of sums
+        assert body.faces == 12
+
+
+def test_a_surface_that_crosses_itself_is_refused_with_its_volume(tmp_path):
+    """Two bars of one surface: joined at their ends by a thin band, they cross."""
+    rng = np.random.default_rng(5415)
+    for _ in range(NUM_FILES):
+        width = rng.uniform(0.3, 0.6)
+        mesh = swept_bar([[0, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [1, -1, 0]], width)
+        message = refusal(tmp_path, turned(mesh, rng))
+        assert message.startswith("surface 1 intersects itself: ")
+        assert amount(message) == pytest.approx(width**3, rel=0.1)  # two bars cross in a cube of their width
+
+
+def swept_bar(path, width):
+    """Return one closed surface: a square swept along a path of corners in the plane z = 0, mitred."""
+    path = np.array(path, float)
+    along = np.diff(path, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    sides = np.cross([0.0, 0.0, 1.0], along)
+    mitres = np.array([sides[0], *(a + b for a, b in itertools.pairwise(sides)), sides[-1]])
+    up = np.array([0.0, 0.0, width / 2])
+    half = width / 2 * mitres
+    rings = np.stack([path - half - up, path + half - up, path + half + up, path - half + up], axis=1)
+    faces = [[0, 2, 1], [0, 3, 2]]
+    for k in range(len(path) - 1):
+        for i in range(4):
+            a, b = 4 * k + i, 4 * k + (i + 1) % 4
+            faces += [[a, b, b + 4], [a, b + 4, a + 4]]
+    last = 4 * (len(path) - 1)
+    faces += [[last, last + 1, last + 2], [last, last + 2, last + 3]]
+    mesh = trimesh.Trimesh(rings.reshape(-1, 3), faces, process=False)
+    assert mesh.is_watertight
+    if mesh.volume < 0:
+        mesh.invert()
+    return mesh
+
+
+def test_overlaps_of_parts_in_contact_are_noted_below_a_thousandth(tmp_path):
+    rng = np.random.default_rng(5416)
+    for _ in range(NUM_FILES):
+        depth = 10 ** rng.uniform(-4.5, -3.2)
+        whole = trimesh.util.concatenate([box((1, 1, 1)), box((1, 1, 1), (1 - depth, 0, 0))])
+        body = solid(tmp_path, turned(whole, rng))
+        note = next(note for note in body.principal.notes if "overlap" in note)
+        assert note.startswith("surfaces 1 and 2 overlap: ")
+        assert amount(note) == pytest.approx(depth, rel=0.1)
+        assert body.volume == pytest.approx(2.0, rel=1e-12)  # as the file has it
+
+
+def test_thousands_of_voids_stay_voids(tmp_path):
+    places = (np.stack(np.meshgrid(*[np.arange(12)] * 3), -1).reshape(-1, 3) - 5.5) / 12.5
+    body = solid(tmp_path, box((1, 1, 1)), *(box((0.02,) * 3, at, inwards=True) for at in places))
+    assert body.volume == pytest.approx(1 - 1728 * 0.02**3, rel=1e-12)
+    assert len(set(body.principal.moments)) == 1  # a cube of cubes has no other moments
+
+
+def test_surfaces_between_the_lines_are_found(tmp_path):
+    """Voids of 1e-9 of the body lie between the lines of the lattice, and have lines of their own."""
+    rng = np.random.default_rng(5417)
+    places = rng.uniform(-0.45, 0.45, (100, 3))
+    body = solid(tmp_path, box((1, 1, 1)), *(box((1e-3,) * 3, at, inwards=True) for at in places))
+    assert body.volume == pytest.approx(1 - 100 * 1e-9, abs=1e-13)
+    assert not any("turned" in note for note in body.principal.notes)
+
+
+def test_a_mesh_of_too_many_layers_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(mesh_overlaps, "MAX_CROSSINGS", 1e5)
+    layers = [box((1, 1, 0.001), (0, 0, 0.002 * k)) for k in range(20)]
+    assert "too many surfaces one above the other" in refusal(tmp_path, *layers)
+
+
+def test_flipped_triangles_are_turned_and_said(tmp_path):
+    rng = np.random.default_rng(5418)
+    for _ in range(NUM_FILES):
+        mesh = turned(box(rng.uniform(0.5, 2.0, 3)), rng)
+        volume, moments = of_trimesh(mesh)
+        flipped = rng.permutation(12)[: rng.integers(1, 6)]
+        mesh.faces[flipped] = mesh.faces[flipped][:, ::-1]
+        body = solid(tmp_path, mesh)
+        assert body.volume == pytest.approx(volume, rel=1e-12)  # roundings of sums
+        np.testing.assert_allclose(body.principal.moments, moments, rtol=2e-7)  # equal within 1e-7 count as equal
+        assert "looked both ways" in body.principal.notes[0]
+
+
+@pytest.mark.parametrize("seed", range(NUM_FILES))
+def test_open_surfaces_and_sheets_are_refused(tmp_path, seed):
+    rng = np.random.default_rng(5420 + seed)
+    mesh = turned(ball(2), rng)
+    missing = rng.permutation(len(mesh.faces))[: rng.integers(1, 20)]
+    opened = mesh.copy()
+    opened.update_faces(~np.isin(np.arange(len(mesh.faces)), missing))
+    assert "is not watertight" in refusal(tmp_path, opened)
+    doubled = mesh.copy()
+    doubled.faces = np.concatenate([mesh.faces, mesh.faces[missing]])
+    assert "is not watertight" in refusal(tmp_path, doubled)
+    sheet = opened.copy()
+    sheet.faces = np.concatenate([opened.faces, opened.faces[:, ::-1]])
+    assert "encloses no volume" in refusal(tmp_path, sheet)
+
+
+def test_integrals_agree_with_trimesh():
+    rng = np.random.default_rng(5419)
+    for _ in range(NUM_FILES):
+        mesh = trimesh.creation.icosphere(2)
+        mesh.vertices *= rng.uniform(0.7, 1.3, (len(mesh.vertices), 1))
+        mesh.vertices += rng.normal(size=3)
+        volume, centre, tensor = mesh_shells.mass_properties(mesh.vertices, mesh.faces)
+        # roundings of sums over 320 triangles at some radii from the origin
+        assert volume == pytest.approx(mesh.volume, rel=1e-12)
+        np.testing.assert_allclose(centre, mesh.center_mass, rtol=1e-11)
+        np.testing.assert_allclose(tensor, mesh.moment_inertia, atol=1e-11 * tensor.max())
+
+
+TABLES = {
+    "damit.txt": "4 4\n0 0 0\n3 0 0\n0 2 0\n0 0 1\n1 3 2\n1 2 4\n2 3 4\n1 4 3\n",
+    "numbered.tab": "4\n1 0 0 0\n2 3 0 0\n3 0 2 0\n4 0 0 1\n4\n1 1 3 2\n2 1 2 4\n3 2 3 4\n4 1 4 3\n",
+    "from_zero.tab": "4 4\n0 0 0\n3 0 0\n0 2 0\n0 0 1\n0 2 1\n0 1 3\n1 2 3\n0 3 2\n",
+    "obj.tab": "v 0 0 0\nv 3 0 0\nv 0 2 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n",
+}
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_tables_of_points_and_triangles(tmp_path, name):
+    (tmp_path / name).write_text(TABLES[name])
+    body = inertia.solid(tmp_path / name, density=1.0, unit="km")
+    assert body.volume == pytest.approx(1e9, rel=1e-12)  # 3·2·1/6 km³
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "4\n", "4 4\n0 0 0\n", "1 2 3\n", "4 4\n" + "0 0\n" * 8, TABLES["damit.txt"].replace("1 4 3", "1 4 9"), "x\n"],
+)
+def test_tables_that_are_none_are_refused(tmp_path, text):
+    (tmp_path / "shape.tab").write_text(text)
+    with pytest.raises(inertia.MeshError, match=r"cannot be read as a mesh|holds no body"):
+        inertia.solid(tmp_path / "shape.tab", density=1.0)
+
+
+def test_glb(tmp_path):
+    scene = trimesh.Scene([box((1, 2, 3)), box((1, 2, 3), (2, 0, 0))])
+    (tmp_path / "scene.glb").write_bytes(scene.export(file_type="glb"))
+    assert inertia.solid(tmp_path / "scene.glb", density=1.0).volume == pytest.approx(
+        12.0, rel=1e-6
+    )  # single precision
+
+
+def test_notes_on_a_mesh_reach_map_and_report(tmp_path, monkeypatch):
+    import sweeps
+    from sweeps.views import report
+
+    monkeypatch.chdir(tmp_path)
+    box((3, 2, 1), inwards=True).export("inside.off")
+    bodies = [{"name": "Brick", "mesh": {"file": "inside.off", "density": 1000.0}}]
+    ds = sweeps.survey({"bodies": bodies, "grid": {"omega0": 1.0}})
+    assert ds.attrs["input_notes"] == "Brick: its faces looked inwards and were turned"
+    report.write_report(ds, "report.html")
+    assert "its faces looked inwards and were turned" in (tmp_path / "report.html").read_text()

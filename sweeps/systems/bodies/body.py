@@ -51,7 +51,7 @@ class Mesh(Strict):
     """A body of uniform density inside a closed surface."""
 
     file: Annotated[str, line_of_text(1000), AfterValidator(_mesh_name)] = key(
-        "an STL, OBJ, PLY or OFF file, its path relative to the definition's", ...
+        "an STL, OBJ, PLY, OFF, GLB, DAE, TAB or TXT file, its path relative to the definition's", ...
     )
     density: in_unit("kg m-3", Positive) = key("density, kg m-3: finite, > 0")
     mass: in_unit("kg", Positive) = key("mass of the whole body, kg, in place of density: finite, > 0")
@@ -164,6 +164,13 @@ class BodiesDefinition(Definition):
         """The simplified surfaces of bodies from meshes (see `sweeps.systems.bodies.outline`)."""
         return outline.format_outlines(
             {body.name: body.solid.surface for body in self.bodies if body.solid is not None}
+        )
+
+    @property
+    def input_notes(self) -> str:
+        """The remarks on bodies' tensors and meshes, a line each."""
+        return "\n".join(
+            f"{body.name}: {note}" for body in self.bodies if body.principal for note in body.principal.notes
         )
 
     def is_per_body(self, parameter: str) -> bool:

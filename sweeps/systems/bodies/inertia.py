@@ -19,18 +19,19 @@ import numpy as np
 
 from sweeps.reading.mesh import SUFFIXES, MeshError, read
 from sweeps.schema.refusals import display
-from sweeps.systems.bodies import mesh_shells, outline, shapes
+from sweeps.systems.bodies import mesh_overlaps, mesh_shells, outline, shapes
 
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # metres
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "km": 1e3, "in": 0.0254, "ft": 0.3048}  # metres
 CAD = " (export the part as STL from your CAD program, in its own unit, and give that by --unit)"
 ROBOT = " (give the mesh file of one link, which the file names)"
-EXPORTS = dict.fromkeys((".step", ".stp", ".iges", ".igs", ".sldprt", ".fcstd", ".3mf", ".glb", ".gltf"), CAD)
+EXPORTS = dict.fromkeys((".step", ".stp", ".iges", ".igs", ".sldprt", ".fcstd", ".3mf", ".gltf"), CAD)
 EXPORTS |= dict.fromkeys((".urdf", ".xacro", ".sdf", ".xml", ".mjcf"), ROBOT)
 
 DENSITIES = (1.0, 25_000.0)  # kg m-3, lighter than aerogel and heavier than osmium; beyond, another unit is likelier
 BUILT_DENSITIES = (20.0, 25_000.0)  # kg m-3, of bodies that are built
-MAX_LENGTH = 100.0  # m; longer bodies are likelier in mm
-LIKELY_UNITS = ("mm", "cm", "m", "in", "ft")
+MAX_LENGTH = 50.0  # m; longer bodies are likelier in mm
+LIKELY_UNITS = ("mm", "cm", "m", "in", "ft", "um")
+MIN_OVERLAP, MAX_OVERLAP = 1e-6, 1e-3  # of the volume: overlaps above are noted, and refused
 MAX_ASYMMETRY = 1e-9  # relative to the largest entry; tables print some ten digits
 TENSOR_ROUNDING = 1e-14  # relative to the largest moment, some tens of roundings of a 3 by 3 eigenproblem
 MESH_ROUNDING = 1e-7  # relative to the largest moment; coordinates in STL files are of single precision
@@ -153,7 +154,7 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
     """Return the solid of constant density that a closed mesh bounds.
 
     Args:
-        path: an STL, OBJ, PLY or OFF file.
+        path: a file of one of the formats `SUFFIXES`.
         density: kg m-3; or
         mass: mass of the whole body, kg.
         unit: unit of length of the file, one of `UNITS`.
@@ -162,31 +163,55 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
         Mass properties about the centre of mass, with relative errors of some 1e-14 in addition to those of the file's
         digits. Moments that differ by less than 1e-7 of the largest count as equal.
     """
-    mesh, notes, digest = _closed_mesh(path)
-    notes += _orient_surfaces(mesh)
-    scale = UNITS[unit]
-    middle = mesh.bounds.mean(axis=0)
-    mesh.vertices = (mesh.vertices - middle) * scale  # integrals about a distant point lose digits
-    if mesh.volume < 0:
-        mesh.invert()
-        notes += ("its faces looked inwards and were turned",)
-    volume = float(mesh.volume)
-    if not volume > 1e-12 * float(np.prod(mesh.extents)):
-        raise MeshError("encloses no volume", "a mesh of a body with volume")
-    mesh.density = mass / volume if density is None else density
-    inertia = principal(mesh.moment_inertia, MESH_ROUNDING)
-    notes += _unit_doubts(mesh.extents, None if mass is None else mesh.density, scale)
-    body_vertices = (np.asarray(mesh.vertices) - mesh.center_mass) @ np.array(inertia.axes).T
+    if problem := unsupported_format(path):
+        raise MeshError(*problem)
+    vertices, faces, digest = read(path)
+    shells = mesh_shells.find_shells(vertices, faces)
+    vertices, notes = shells.vertices, shells.notes
+    scale, middle = UNITS[unit], (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+    vertices, extents = (vertices - middle) * scale, np.ptp(vertices, axis=0) * scale
+    faces, orientation_notes = _orient_surfaces(shells._replace(vertices=vertices))
+    volume, centre, tensor = mesh_shells.mass_properties(vertices, faces)
+    density = mass / volume if density is None else density
+    inertia = principal(density * tensor, MESH_ROUNDING)
+    notes += orientation_notes + _unit_doubts(extents, None if mass is None else density, scale)
     return Solid(
         principal=replace(inertia, notes=notes + inertia.notes),
-        mass=mesh.density * volume,
+        mass=density * volume,
         volume=volume,
-        centre=tuple((mesh.center_mass + middle * scale).tolist()),
-        extents=tuple(mesh.extents.tolist()),
-        faces=len(mesh.faces),
-        surface=outline.simplify(body_vertices, np.asarray(mesh.faces)),
+        centre=tuple((centre + middle * scale).tolist()),
+        extents=tuple(extents.tolist()),
+        faces=len(faces),
+        surface=outline.simplify((vertices - centre) @ np.array(inertia.axes).T, faces),
         digest=digest,
     )
+
+
+def _orient_surfaces(shells: mesh_shells.Shells) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return faces with normals out of the body, and notes; refuse a mesh of which more than `MAX_OVERLAP` overlaps."""
+    volumes = mesh_shells.volumes_of(shells)
+    box = float(np.prod(np.ptp(shells.vertices, axis=0)))
+    if not np.abs(volumes).sum() > 1e-12 * box:
+        raise MeshError("encloses no volume", "a mesh of a body with volume")
+    is_inverted, overlap = mesh_overlaps.orient(*shells[:3], volumes)
+    volume = float(np.where(is_inverted, -volumes, volumes).sum())
+    if not volume > 1e-12 * box:
+        raise MeshError("encloses no volume", "a mesh of a body with volume")
+    count, num_inverted, notes = len(volumes), int(is_inverted.sum()), ()
+    if num_inverted == count:
+        notes = ("its faces looked inwards and were turned",)
+    elif num_inverted:
+        notes = (f"{num_inverted:,} of its {count:,} surfaces looked inwards and were turned",)
+    share = overlap.volume / volume
+    if share > MIN_OVERLAP:
+        numbers = " and ".join(f"{number + 1:,}" for number in overlap.surfaces)
+        who = f"surfaces {numbers} overlap" if len(overlap.surfaces) > 1 else f"surface {numbers} intersects itself"
+        text = f"{who}: {overlap.volume:.3g} m³, {100 * share:.2g} % of the volume, counted wrongly"
+        if share > MAX_OVERLAP:
+            allowed = "solids apart or united (in your modeller), hollows with their faces turned inwards"
+            raise MeshError(text, f"at most {100 * MAX_OVERLAP:g} %: {allowed}")
+        notes += (text,)
+    return np.where(is_inverted[shells.labels][:, None], shells.faces[:, ::-1], shells.faces), notes
 
 
 def _unit_doubts(extents: np.ndarray, density: float | None, scale: float) -> tuple[str, ...]:
@@ -202,51 +227,3 @@ def _unit_doubts(extents: np.ndarray, density: float | None, scale: float) -> tu
     if longest > MAX_LENGTH and scale == 1.0:
         return (f"it is {longest:.4g} m long: is it in mm (--unit mm)?",)
     return ()
-
-
-def _closed_mesh(path: str | Path):
-    """Return the closed mesh of a file, notes, and the file's SHA-256."""
-    if problem := unsupported_format(path):
-        raise MeshError(*problem)
-    vertices, faces, digest = read(path)
-    import trimesh.repair
-
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    if mesh.is_watertight and mesh.is_winding_consistent:
-        return mesh, (), digest
-    if mesh.is_watertight:
-        trimesh.repair.fix_winding(mesh)
-        return mesh, ("its faces looked both ways and were turned",), digest
-    edges, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
-    problem = f"is not watertight: {(uses != 2).sum():,} of its {len(edges):,} edges join one face, or more than two"
-    if np.all(uses % 2 == 0):
-        raise MeshError(problem, "solids that share no edge (unite them, or move one aside by a hundredth of its size)")
-    raise MeshError(problem, "a closed surface (repair it in your modeller, or with trimesh)")
-
-
-def _orient_surfaces(mesh) -> tuple[str, ...]:
-    """Turn surfaces of a mesh with inward normals outwards; return notes. Overlapping solids are refused."""
-    import trimesh.graph
-
-    surface_of_face = trimesh.graph.connected_component_labels(mesh.face_adjacency, len(mesh.faces))
-    count = surface_of_face.max() + 1
-    if count == 1:
-        return ()
-    if count > mesh_shells.MAX_SURFACES:
-        raise MeshError(f"holds {count:,} closed surfaces", f"at most {mesh_shells.MAX_SURFACES:,}")
-    arrangement = mesh_shells.arrange([mesh.triangles[surface_of_face == k] for k in range(count)])
-    if arrangement.overlaps:
-        num_overlapping = len({k for pair in arrangement.overlaps for k in pair})
-        problem = f"holds solids that overlap ({num_overlapping:,} of its {count:,} surfaces): they would count twice"
-        allowed = "solids apart or united (in your modeller), hollows with their faces turned inwards"
-        raise MeshError(problem, allowed)
-    notes = ()
-    if any(arrangement.to_invert):
-        mesh.faces = np.where(
-            np.array(arrangement.to_invert)[surface_of_face][:, None], mesh.faces[:, ::-1], mesh.faces
-        )
-        notes = (f"{sum(arrangement.to_invert):,} of its {count:,} surfaces looked inwards and were turned",)
-    if arrangement.num_skipped:
-        pairs = f"{arrangement.num_skipped:,} pairs of its surfaces"
-        notes += (f"{pairs} are too fine to be compared: what overlaps counts twice",)
-    return notes

@@ -1,130 +1,174 @@
-r"""Arrangement of the closed surfaces of a mesh: side by side, a cavity in a solid, or intersecting.
+r"""Closed surfaces of a mesh, and volume integrals over them.
 
-Volume integrals over a mesh add the volume inside every surface, with the sign of its orientation. They give the body's
-mass only if no point is enclosed twice: overlapping solids would count twice, and a solid with inward normals would be
-subtracted. A point p is enclosed w(p) times,
+A surface is closed if every edge is used as often in one direction as in the other. Triangles with two equal corners
+are left out, and corners closer than the resolution of the file's numbers are one. With the corners a, b, c of a
+triangle, the volume, its first and its second moments are
 
-.. math:: w(p) = \frac{1}{4\pi} \sum_\mathrm{faces} \Omega(p), \qquad
-    \tan\frac{\Omega}{2} = \frac{a\cdot(b\times c)}{abc + (a\cdot b)c + (b\cdot c)a + (c\cdot a)b}
+.. math:: V = \sum \frac{D}{6}, \quad \int x\,dV = \sum \frac{D}{24}\,s, \quad
+    \int x x^\mathsf{T} dV = \sum \frac{D}{120}\,(a a^\mathsf{T} + b b^\mathsf{T} + c c^\mathsf{T} + s s^\mathsf{T}),
+    \qquad D = a\cdot(b\times c), \; s = a + b + c
 
-with a, b, c from p to a triangle's corners.
-
-Source: van Oosterom and Strackee (1983), IEEE Trans. Biomed. Eng. 30, 125; Jacobson et al. (2013), ACM Trans. Graph.
-32(4), 33. Surfaces that intersect themselves are not detected.
+Source: Tonon (2004), J. Math. Stat. 1, 8, for the tetrahedron; Eberly (2002), "Polyhedral mass properties".
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-MAX_PAIRS = 1e8  # tests of an edge or a point against a triangle, over all surfaces; they take some ten seconds
-MAX_SURFACES = 10_000  # surfaces, whose pairs of boxes are compared
-MIN_PAIRS = 2e4  # tests that a comparison of two surfaces counts for at least, by its overhead
-_BLOCK_PAIRS = 2**21  # tests at a time, some 200 MB
-_TOUCH = 1e-6  # relative to an edge; closer points touch, as coordinates may be of single precision
-_DEPTH = 1e-6  # depth of a face's test point below the surface, relative to the mesh
+from sweeps.reading.mesh import MeshError
+
+#: distances, relative to the largest coordinate, below which corners are one if the mesh is not closed otherwise: of
+#: texts with ten digits, and two units of the last place in single precision, in which binary STL files are written
+CORNER_DISTANCES = (1e-10, 2.0**-22)
 
 
-@dataclass(frozen=True)
-class Arrangement:
-    """Arrangement of closed surfaces."""
+class Shells(NamedTuple):
+    """Closed surfaces."""
 
-    to_invert: tuple[bool, ...]  #: True for a surface with inward normals that is no cavity and must be inverted
-    overlaps: tuple[tuple[int, int], ...]  #: pairs of surfaces, by their numbers, that enclose some point twice
-    num_skipped: int  #: number of pairs that were too large to be compared
-
-
-def arrange(surfaces: list[np.ndarray]) -> Arrangement:
-    """Compare closed surfaces pair by pair; each is an array of triangles of one orientation, shape (faces, 3, 3)."""
-    size = float(np.ptp(np.concatenate([surface.reshape(-1, 3) for surface in surfaces]), axis=0).max())
-    enclosers = [[] for _ in surfaces]  # numbers of the surfaces that enclose each one
-    overlaps, num_skipped, remaining_pairs = [], 0, MAX_PAIRS
-    for first, second in _overlapping_boxes(surfaces):
-        pair = surfaces[first], surfaces[second]
-        num_pairs = max(8.0 * len(pair[0]) * len(pair[1]), MIN_PAIRS)
-        if num_pairs > remaining_pairs:
-            num_skipped += 1
-            continue
-        remaining_pairs -= num_pairs
-        if _pierces(*pair) or _pierces(*reversed(pair)):
-            overlaps.append((first, second))
-        elif (first_inside := _faces_inside(*pair, size)).all():
-            enclosers[first].append(second)
-        elif (second_inside := _faces_inside(*reversed(pair), size)).all():
-            enclosers[second].append(first)
-        elif first_inside.any() or second_inside.any():
-            overlaps.append((first, second))
-    has_inward_normals = [_volume(surface) < 0 for surface in surfaces]
-    is_cavity = [len(outer) % 2 == 1 for outer in enclosers]
-    overlaps += [(k, enclosers[k][0]) for k in range(len(surfaces)) if is_cavity[k] and not has_inward_normals[k]]
-    to_invert = tuple(inward and not cavity for inward, cavity in zip(has_inward_normals, is_cavity, strict=True))
-    return Arrangement(to_invert, tuple(overlaps), num_skipped)
+    vertices: np.ndarray  #: shape (n, 3)
+    faces: np.ndarray  #: indices of vertices, shape (m, 3)
+    labels: np.ndarray  #: number of the surface of each face, in the order of their first faces, shape (m,)
+    notes: tuple[str, ...]  #: remarks on what was changed, one sentence each
 
 
-def _volume(triangles: np.ndarray) -> float:
-    """Return the volume that a closed surface encloses, negative for inward normals."""
-    first, second, third = np.moveaxis(triangles - triangles.reshape(-1, 3).mean(axis=0), 1, 0)
-    return float(np.einsum("ij,ij->", first, np.cross(second, third)) / 6)
+class Edges(NamedTuple):
+    """Edges of faces in an order in which the uses of one edge are neighbours."""
+
+    number: np.ndarray  #: number of the edge of each use
+    face: np.ndarray  #: face of each use
+    sense: np.ndarray  #: +1 if the face follows the edge from its smaller to its larger vertex, otherwise −1
+    uses: np.ndarray  #: number of uses of each edge
+    balance: np.ndarray  #: sum of the senses of each edge, 0 if it is closed
 
 
-def _overlapping_boxes(surfaces: list[np.ndarray]) -> Iterator[tuple[int, int]]:
-    """Yield the numbers of each two surfaces with overlapping bounding boxes."""
-    low, high = (np.array([extremum(surface, axis=(0, 1)) for surface in surfaces]) for extremum in (np.min, np.max))
-    for first in range(len(surfaces)):
-        meet = ((low[first] < high) & (low < high[first])).all(axis=1)
-        yield from ((first, second) for second in np.flatnonzero(meet).tolist() if second > first)
+def find_shells(vertices: np.ndarray, faces: np.ndarray) -> Shells:
+    """Return the closed surfaces of a mesh; refuse one that is open."""
+    faces, notes = _without_equal_corners(faces), ()
+    edges = _edges_of(faces, len(vertices))
+    for distance in CORNER_DISTANCES if (edges.uses % 2).any() else ():
+        joined_vertices, joined = _join_corners(vertices, faces, distance)
+        joined_edges = _edges_of(joined, len(joined_vertices))
+        if len(joined) and not (joined_edges.uses % 2).any():
+            notes = (f"corners closer than {distance:.2g} of the largest coordinate were joined",)
+            vertices, faces, edges = joined_vertices, joined, joined_edges
+            break
+    if edges.balance.any() and (edges.uses % 2 == 0).all():
+        faces = _wind_alike(faces, edges)
+        edges = _edges_of(faces, len(vertices))
+        notes += ("its faces looked both ways and were turned",)
+    if num_open := np.count_nonzero(edges.balance):
+        problem = (
+            f"is not watertight: {num_open:,} of its {len(edges.uses):,} edges have more faces one way than the other"
+        )
+        raise MeshError(problem, "a closed surface (repair it in your modeller, or with trimesh)")
+    return Shells(vertices, faces, _label_surfaces(edges, len(faces)), notes)
 
 
-def _faces_inside(surface: np.ndarray, solid: np.ndarray, size: float) -> np.ndarray:
-    """Return for each face of `surface` whether its centre, moved slightly inwards, is enclosed by `solid`."""
-    normals = np.cross(surface[:, 1] - surface[:, 0], surface[:, 2] - surface[:, 0])
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    orientation = 1.0 if _volume(surface) >= 0 else -1.0
-    inwards = -orientation * np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
-    points = surface.mean(axis=1) + _DEPTH * size * inwards
-    in_box = ((points > solid.min(axis=(0, 1))) & (points < solid.max(axis=(0, 1)))).all(axis=1)
-    inside = np.zeros(len(points), bool)
-    inside[in_box] = np.abs(_winding_numbers(points[in_box], solid)) > 0.5
-    return inside
+def _without_equal_corners(faces: np.ndarray) -> np.ndarray:
+    return faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
 
 
-def _winding_numbers(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return the winding number w(p) of each point."""
-    windings = np.empty(len(points))
-    for block in _row_blocks(len(points), len(triangles)):
-        a, b, c = np.moveaxis(triangles[None] - points[block, None, None], 2, 0)
-        la, lb, lc = (np.linalg.norm(v, axis=-1) for v in (a, b, c))
-        numerator = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
-        denominator = la * lb * lc + (a * b).sum(-1) * lc + (b * c).sum(-1) * la + (c * a).sum(-1) * lb
-        windings[block] = np.arctan2(numerator, denominator).sum(axis=1) / (2 * np.pi)
-    return windings
+def _edges_of(faces: np.ndarray, num_vertices: int) -> Edges:
+    starts, ends = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    keys = np.minimum(starts, ends) * num_vertices + np.maximum(starts, ends)
+    order = np.argsort(keys, kind="stable")
+    number = np.cumsum(np.diff(keys[order], prepend=keys[order[:1]]) != 0)
+    sense = np.where(starts < ends, 1, -1)[order]
+    return Edges(number, order // 3, sense, np.bincount(number), np.rint(np.bincount(number, sense)).astype(int))
 
 
-def _pierces(surface: np.ndarray, target: np.ndarray) -> bool:
-    """Return True if an edge of `surface` crosses the interior of a triangle of `target`, and does not only touch it.
+def _join_corners(vertices: np.ndarray, faces: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices and faces with corners closer than `distance` of the largest coordinate, in each, made one."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
 
-    After Moeller and Trumbore (1997), J. Graphics Tools 2, 21.
+    used, faces = np.unique(faces, return_inverse=True)
+    vertices = vertices[used]
+    radius = distance * np.abs(vertices).max() * np.sqrt(3.0)
+    pairs = cKDTree(vertices).query_pairs(radius, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(vertices),) * 2)
+    _, labels = connected_components(links, directed=False)
+    _, first = np.unique(labels, return_index=True)
+    return vertices[first], _without_equal_corners(labels[faces.reshape(-1, 3)])
+
+
+def _neighbours(edges: Edges, is_linked: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return pairs of successive faces of the edges for which `is_linked`, and whether they have the same sense."""
+    same = (edges.number[1:] == edges.number[:-1]) & is_linked[edges.number[1:]]
+    return edges.face[:-1][same], edges.face[1:][same], (edges.sense[1:] == edges.sense[:-1])[same]
+
+
+def _components(edges: Edges, num_faces: int, is_linked: np.ndarray) -> np.ndarray:
+    """Return the number of the component of each face, faces being linked across edges for which `is_linked`."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    first, second, _ = _neighbours(edges, is_linked)
+    links = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(num_faces, num_faces))
+    return connected_components(links, directed=False)[1]
+
+
+def _wind_alike(faces: np.ndarray, edges: Edges) -> np.ndarray:
+    """Return faces turned such that both faces of every edge of two follow it in opposite senses, where possible."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+    first, second, is_alike = _neighbours(edges, edges.uses == 2)
+    n = len(faces)
+    # one more node linked to a face of each component makes the whole a tree for one search
+    _, labels = connected_components(coo_array((np.ones(len(first)), (first, second)), shape=(n, n)), directed=False)
+    roots = np.unique(labels, return_index=True)[1]
+    links = np.concatenate([first, roots]), np.concatenate([second, np.full(len(roots), n)])
+    weights = np.concatenate([np.where(is_alike, 2.0, 1.0), np.ones(len(roots))])
+    graph = coo_array((weights, links), shape=(n + 1, n + 1)).tocsr()
+    graph = graph.maximum(graph.T)
+    order, parents = breadth_first_order(graph, n, directed=False)
+    parents[n] = n
+    children = order[1:]
+    turned = np.zeros(n + 1, bool)
+    turned[children] = np.asarray(graph[children, parents[children]]).ravel() == 2.0
+    while (parents != n).any():  # add the turns of all ancestors, twice as far in each pass
+        turned, parents = turned ^ turned[parents], parents[parents]
+    return np.where(turned[:n, None], faces[:, ::-1], faces)
+
+
+def _label_surfaces(edges: Edges, num_faces: int) -> np.ndarray:
+    """Return the number of the surface of each face.
+
+    A surface is what hangs together across edges of two faces if that is closed; pieces that are closed only together,
+    across edges of more faces, are one surface.
     """
-    starts, ends = surface.reshape(-1, 3), np.roll(surface, -1, axis=1).reshape(-1, 3)
-    low, high = target.min(axis=(0, 1)), target.max(axis=(0, 1))
-    in_box = ((np.maximum(starts, ends) >= low) & (np.minimum(starts, ends) <= high)).all(axis=1)
-    starts, directions = starts[in_box], (ends - starts)[in_box]
-    for block in _row_blocks(len(starts), len(target)):
-        p, d = starts[block, None], directions[block, None]
-        e1, e2 = (target[:, 1] - target[:, 0])[None], (target[:, 2] - target[:, 0])[None]
-        h, s = np.cross(d, e2), p - target[None, :, 0]
-        q = np.cross(s, e1)
-        det = (e1 * h).sum(-1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            u, v, t = ((s * h).sum(-1) / det, (d * q).sum(-1) / det, (e2 * q).sum(-1) / det)
-            in_triangle = (u > _TOUCH) & (v > _TOUCH) & (u + v < 1 - _TOUCH)
-        if (in_triangle & (t > _TOUCH) & (t < 1 - _TOUCH)).any():
-            return True
-    return False
+    labels = _components(edges, num_faces, edges.uses == 2)
+    count = labels.max() + 1
+    keys = edges.number * count + labels[edges.face]
+    distinct, inverse = np.unique(keys, return_inverse=True)
+    is_open = np.rint(np.bincount(inverse, edges.sense)).astype(int) != 0
+    if is_open.any():
+        has_open_piece = np.zeros(len(edges.uses), bool)
+        has_open_piece[distinct[is_open] // count] = True
+        labels = _components(edges, num_faces, (edges.uses == 2) | has_open_piece)
+    _, first, numbers = np.unique(labels, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[numbers]
 
 
-def _row_blocks(num_rows: int, num_columns: int) -> Iterator[slice]:
-    """Return slices of `num_rows` such that a block of each with `num_columns` has at most `_BLOCK_PAIRS` entries."""
-    step = max(1, _BLOCK_PAIRS // max(1, num_columns))
-    return (slice(i, i + step) for i in range(0, num_rows, step))
+def volumes_of(shells: Shells) -> np.ndarray:
+    """Return the volume inside each surface, negative for inward normals."""
+    count = shells.labels.max() + 1
+    points = shells.vertices[shells.faces]
+    middles = np.zeros((count, 3))  # a corner of each surface: about a distant point, digits are lost
+    middles[shells.labels[::-1]] = points[::-1, 0]
+    a, b, c = np.moveaxis(points - middles[shells.labels][:, None], 1, 0)
+    return np.bincount(shells.labels, np.einsum("ij,ij->i", a, np.cross(b, c)) / 6, count)
+
+
+def mass_properties(vertices: np.ndarray, faces: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return volume, centre of volume (3,), and the inertia tensor of unit density about that centre (3, 3)."""
+    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+    D, s = np.einsum("ij,ij->i", a, np.cross(b, c)), a + b + c
+    volume = float(D.sum() / 6)
+    if volume == 0.0:
+        return 0.0, np.zeros(3), np.zeros((3, 3))
+    centre = D @ s / 24 / volume
+    second = sum((D[:, None] * x).T @ x for x in (a, b, c, s)) / 120 - volume * np.outer(centre, centre)
+    return volume, centre, np.trace(second) * np.eye(3) - second
