@@ -1,4 +1,4 @@
-"""Which columns of a file are time, attitude and angular velocity, by their names, and how finely they are printed."""
+"""Recognition of columns: time, attitude and angular velocity by their names, and the last digits of their texts."""
 
 import re
 from collections import Counter
@@ -101,11 +101,11 @@ def _columns_by_option(role: str, option_names: Sequence[str], names: Mapping[in
     """Return the columns that the user gives for a role."""
     if role not in SIZES or len(option_names) not in SIZES[role]:
         raise DefinitionError(f"columns: {display(f'{role}=' + ','.join(option_names))}; allowed: {ROLES}")
-    places = [[k for k, name in names.items() if name == wanted] for wanted in option_names]
-    for wanted, numbers in zip(option_names, places, strict=True):
+    places = [[k for k, name in names.items() if name == requested_name] for requested_name in option_names]
+    for requested_name, numbers in zip(option_names, places, strict=True):
         if len(numbers) != 1:
             reason = "is the name of two columns" if numbers else "is no column of numbers"
-            raise DefinitionError(f"columns: {display(wanted)} {reason}; allowed: {_list(names)}")
+            raise DefinitionError(f"columns: {display(requested_name)} {reason}; allowed: {_list(names)}")
     return [numbers[0] for numbers in places]
 
 
@@ -134,12 +134,12 @@ def _match(role, stems, options, names, role_columns) -> list[int]:
                 groups.setdefault((match[1], match[2]), {}).setdefault(match[3], []).append(k)
         complete_groups = {key: group for key, group in groups.items() if len(group) == len(components)}
         shortest = min((len(prefix) for prefix, _ in complete_groups), default=0)
-        chosen = [group for (prefix, _), group in complete_groups.items() if len(prefix) == shortest]
-        if len(chosen) > 1 or any(len(places) > 1 for group in chosen for places in group.values()):
-            several = ", ".join(names[k] for group in chosen for places in group.values() for k in places)
+        shortest_groups = [group for (prefix, _), group in complete_groups.items() if len(prefix) == shortest]
+        if len(shortest_groups) > 1 or any(len(places) > 1 for group in shortest_groups for places in group.values()):
+            several = ", ".join(names[k] for group in shortest_groups for places in group.values() for k in places)
             raise DefinitionError(f"columns: {cut_text(several)} may each be the {role}; allowed: --columns {ROLES}")
-        if chosen:
-            return [chosen[0][component][0] for component in components]
+        if shortest_groups:
+            return [shortest_groups[0][component][0] for component in components]
         for (_, stem), group in groups.items():
             if 2 * len(group) >= len(components) or stem in ("q", "w", "omega"):
                 partial = partial or ([names[k] for places in group.values() for k in places], len(components))
@@ -198,10 +198,10 @@ def _factor(role: str, name: str, unit: str, choice: ColumnChoice) -> float:
     plain = re.sub(r"\W+", "_", re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name).lower()).strip("_")
     unit_match = IN_NAMES.get(role, IN_NAMES["angles"]).search(plain)
     text = option or unit or (unit_match[1] if unit_match else "")
-    spelling = text.partition(" since ")[0]
+    unit_text = text.partition(" since ")[0]
     for pattern, plain_unit in SPELLINGS:
-        spelling = re.sub(pattern, plain_unit, spelling)
-    factor = units.factor(spelling, UNITS[role])
+        unit_text = re.sub(pattern, plain_unit, unit_text)
+    factor = units.factor(unit_text, UNITS[role])
     if factor is None:
         raise DefinitionError(
             f"columns: {display(name)} has the unit {display(text)}; allowed: {units.unit_list(UNITS[role])}"

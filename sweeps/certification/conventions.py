@@ -26,7 +26,7 @@ def readings(q: np.ndarray | None, w: np.ndarray | None, q_inertial: np.ndarray 
         yield Reading("inverse_quaternion", "attitudes are from space to the body", conjugate(q), w)
         yield Reading("scalar_last", "the fourth component is the scalar", np.roll(q, 1, axis=1), w)
         yield Reading("scalar_last", "the first component is the scalar", np.roll(q, -1, axis=1), w)
-        for p in (q, connected(q), -connected(q)):
+        for p in (q, make_continuous(q), -make_continuous(q)):
             yield Reading("full_angle", "quaternions are of the whole angle in place of half of it", root(p), w)
     if w is not None:
         yield Reading("negated_rates", "rates have the opposite sign", q, -w)
@@ -49,17 +49,17 @@ def _axes(q: np.ndarray | None, w: np.ndarray | None) -> Iterator[Reading]:
         is_odd = order in ((0, 2, 1), (2, 1, 0), (1, 0, 2))
         word = "left_handed" if is_plain or (is_inverse and is_odd) else "axes_swapped"
         text = ", ".join(f"{'−' if sign < 0 else ''}{axis + 1}" for axis, sign in zip(order, signs, strict=True))
-        turned_q = None if q is None else np.hstack([q[:, :1], q[:, 1:][:, order] * signs])
-        turned_w = None if w is None else w[:, order] * signs
+        new_q = None if q is None else np.hstack([q[:, :1], q[:, 1:][:, order] * signs])
+        new_w = None if w is None else w[:, order] * signs
         if q is not None:
-            yield Reading(word, f"axes 1, 2, 3 of the attitudes are {text}", turned_q, w)
+            yield Reading(word, f"axes 1, 2, 3 of the attitudes are {text}", new_q, w)
         if w is not None:
-            yield Reading(word, f"axes 1, 2, 3 of the rates are {text}", q, turned_w)
+            yield Reading(word, f"axes 1, 2, 3 of the rates are {text}", q, new_w)
         if q is not None and w is not None and not is_plain:
-            yield Reading(word, f"axes 1, 2, 3 of the file are {text}", turned_q, turned_w)
+            yield Reading(word, f"axes 1, 2, 3 of the file are {text}", new_q, new_w)
 
 
-def connected(q: np.ndarray) -> np.ndarray:
+def make_continuous(q: np.ndarray) -> np.ndarray:
     """Return attitudes with signs such that each is near the one before."""
     steps = np.einsum("ij,ij->i", q[1:], q[:-1])
     return q * np.append(1.0, np.cumprod(np.where(steps < 0.0, -1.0, 1.0)))[:, None]

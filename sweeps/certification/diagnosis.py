@@ -17,7 +17,7 @@ FEW_ROWS, ANGLE = 64, 0.2  # the same without rates, which are fitted; rad from 
 EXACT = 1e-9  # scores below which only rounding differs
 CONVENTION_SCORE = 0.02  # a convention leaves less than this part of the error
 SCORE = 0.1  # constants of the motion, single rows and other equations leave less than this part
-LOOSE_SCORE = 0.35  # of errors of first order, whose higher orders remain
+LOOSE_SCORE = 0.35  # remaining part of an error of first order, of which higher orders remain
 SIMILAR = 10.0  # scores of readings that fit alike differ by less than this factor
 RIGHT_RATES = 0.03  # error of the rates relative to that of the attitudes, below which the rates count as right
 ENERGY_SHARE = 0.5  # change of 2T relative to that of L, above which it is the energy that drifts
@@ -57,21 +57,21 @@ def diagnose(judgement) -> list[Finding]:
         length.insert(0, Finding("left_handed", "matrices have the determinant −1"))
     if length and judgement.worst <= judgement.tolerance:
         return [*length, *notes]
-    found = _search(judgement)
-    found = found or [Finding("unknown", "no alternative that was tried fits")]
-    return list({each.word: each for each in [*found, *length, *notes]}.values())
+    findings = _search(judgement)
+    findings = findings or [Finding("unknown", "no alternative that was tried fits")]
+    return list({each.word: each for each in [*findings, *length, *notes]}.values())
 
 
 def _search(judgement) -> list[Finding]:
-    found = _conventions(judgement)
-    if found:
-        return found
+    findings = _conventions(judgement)
+    if findings:
+        return findings
     motion = judgement.motion
     is_dense = np.median(np.diff(motion.times)) * np.linalg.norm(judgement.reference.w[0]) < DENSE
     first = (_noise, _single_rows, _jumps, _constants) if is_dense else (_single_rows, _jumps, _constants, _noise)
     for search in (*first, _equations):
-        if found := search(judgement):
-            return found
+        if findings := search(judgement):
+            return findings
     return []
 
 
@@ -82,25 +82,25 @@ def _conventions(judgement) -> list[Finding]:
     """Return the conventions under which the file is an exact motion, the best first; several are ambiguous."""
     rows = judgement.rows
     n = len(rows.times)
-    chosen = np.unique(np.linspace(0, n - 1, CONVENTION_ROWS).astype(int))
+    rows_at = np.unique(np.linspace(0, n - 1, CONVENTION_ROWS).astype(int))
     if rows.rates is None:  # rates are fitted: rows are near each other, and few
-        turned = float(np.median(distance(judgement.motion.q[1:FEW_ROWS], judgement.motion.q[: FEW_ROWS - 1][: n - 1])))
-        stride = int(np.clip(ANGLE / max(turned, ANGLE / n), 1, max(1, (n - 1) // 4)))
-        chosen = np.arange(0, min(n, FEW_ROWS * stride), stride)
-    q = None if rows.q is None else rows.q[chosen]
-    w = None if rows.rates is None else rows.rates[chosen]
-    before = _worst(judgement.rebuilt(q, w, chosen))
-    inertial = None if q is None else judgement.frame.in_space(rows, q, chosen)
-    found: dict[str, Finding] = {}
+        angle = float(np.median(distance(judgement.motion.q[1:FEW_ROWS], judgement.motion.q[: FEW_ROWS - 1][: n - 1])))
+        stride = int(np.clip(ANGLE / max(angle, ANGLE / n), 1, max(1, (n - 1) // 4)))
+        rows_at = np.arange(0, min(n, FEW_ROWS * stride), stride)
+    q = None if rows.q is None else rows.q[rows_at]
+    w = None if rows.rates is None else rows.rates[rows_at]
+    before = _worst(judgement.rebuilt(q, w, rows_at))
+    inertial = None if q is None else judgement.frame.in_space(rows, q, rows_at)
+    findings: dict[str, Finding] = {}
     for reading in conventions.readings(q, w, inertial):
-        score = _worst(judgement.rebuilt(reading.q, reading.w, chosen)) / before
-        if score < CONVENTION_SCORE and score < found.get(reading.word, Finding("", "", np.inf)).score / SIMILAR:
+        score = _worst(judgement.rebuilt(reading.q, reading.w, rows_at)) / before
+        if score < CONVENTION_SCORE and score < findings.get(reading.word, Finding("", "", np.inf)).score / SIMILAR:
             text = f"if {reading.text}, the error falls from {before:.3g} to {score * before:.3g}"
-            found[reading.word] = Finding(reading.word, text, score)
-    best = min((one.score for one in found.values()), default=0.0)
-    equal_readings = [one for one in found.values() if one.score < max(SIMILAR * best, EXACT)]
+            findings[reading.word] = Finding(reading.word, text, score)
+    best = min((finding.score for finding in findings.values()), default=0.0)
+    equal_readings = [finding for finding in findings.values() if finding.score < max(SIMILAR * best, EXACT)]
     if len(equal_readings) > 1 and _is_steady(judgement.reference.w):
-        words = ", ".join(one.word for one in equal_readings)
+        words = ", ".join(finding.word for finding in equal_readings)
         return [*equal_readings, Finding("ambiguous", f"a spin as steady as this does not tell {words} apart")]
     return equal_readings[
         :1
@@ -138,18 +138,18 @@ def _gaps(times: np.ndarray) -> Iterator[Finding]:
 def _single_rows(judgement) -> list[Finding]:
     """Return rows without which all others are near the exact motion."""
     motion, before = judgement.motion, judgement.worst
-    others = np.ones(len(motion.times), dtype=bool)
-    error = judgement.combined
-    others[np.argsort(error)[-min(MAX_OUTLIERS, len(error) // 4) :]] = False
-    worst = float(error[others].max(initial=0.0))
-    off = error > max(SIMILAR * worst, judgement.tolerance)
-    if worst < SCORE * before and off.any() and off.sum() <= MAX_OUTLIERS:
-        return [_outlier(np.flatnonzero(off), before, worst)]
+    is_kept = np.ones(len(motion.times), dtype=bool)
+    error = judgement.all_errors
+    is_kept[np.argsort(error)[-min(MAX_OUTLIERS, len(error) // 4) :]] = False
+    worst = float(error[is_kept].max(initial=0.0))
+    is_outlier = error > max(SIMILAR * worst, judgement.tolerance)
+    if worst < SCORE * before and is_outlier.any() and is_outlier.sum() <= MAX_OUTLIERS:
+        return [_outlier(np.flatnonzero(is_outlier), before, worst)]
     if motion.w is None or len(motion.times) < 6:
         return []
     later = motion.select(slice(1, None))
     later = BodyMotion(motion.moments, later.times - later.times[0], later.q, later.w)
-    worst = _worst(later.thinned())
+    worst = _worst(later.thin_rows())
     if worst > SCORE * before:
         return []
     return _late_rates(judgement) or [_outlier(np.zeros(1, dtype=int), before, worst)]
@@ -157,7 +157,7 @@ def _single_rows(judgement) -> list[Finding]:
 
 def _late_rates(judgement) -> list[Finding]:
     """Return rates of a constant time off that of their rows, but for the first row."""
-    motion = judgement.motion.select(slice(1, None)).thinned(fits.FITTED_ROWS)
+    motion = judgement.motion.select(slice(1, None)).thin_rows(fits.FITTED_ROWS)
     rates = BodyMotion(motion.moments, motion.times, None, motion.w)
     guess = fits.Fit(judgement.reference.start, motion.moments)
     fitted = fits.fit(rates, guess, ("delay",))
@@ -175,22 +175,22 @@ def _outlier(rows: np.ndarray, before: float, after: float) -> Finding:
 
 def _noise(judgement) -> list[Finding]:
     """Return noise if what is left of a fit of the start has no correlation from row to row."""
-    motion = judgement.motion.thinned(2000)
+    motion = judgement.motion.thin_rows(2000)
     if len(motion.times) < 12:
         return []
     names = ("attitude", "rates") if motion.q is not None else ("rates",)
     fitted = fits.fit(motion, fits.Fit(judgement.reference.start, motion.moments), names, 2000)
     residual = fits.residuals(motion, fitted)
-    sizes = [float(np.sqrt(np.mean(np.square(part)))) for part in residual]
-    part = residual[int(np.argmax(sizes))]
-    correlation = float(np.sum(part[1:] * part[:-1]) / max(np.sum(part[1:] ** 2), np.finfo(float).tiny))
-    halves = [np.sqrt(np.mean(np.square(half))) for half in np.array_split(part, 2)]
+    sizes = [float(np.sqrt(np.mean(np.square(misfit)))) for misfit in residual]
+    misfit = residual[int(np.argmax(sizes))]
+    correlation = float(np.sum(misfit[1:] * misfit[:-1]) / max(np.sum(misfit[1:] ** 2), np.finfo(float).tiny))
+    halves = [np.sqrt(np.mean(np.square(half))) for half in np.array_split(misfit, 2)]
     floor = max(judgement.rows.attitude_resolution, 1e-15)
     if (
         abs(correlation) > WHITE
         or max(halves) > 2 * min(halves)
         or max(sizes) < 2 * floor
-        or np.abs(part).max() > PEAK * max(sizes)
+        or np.abs(misfit).max() > PEAK * max(sizes)
     ):
         return []
     worst = fitted.worst(motion)
@@ -207,20 +207,20 @@ def _jumps(judgement) -> list[Finding]:
     motion, before = judgement.motion, judgement.worst
     if motion.w is None:
         return []
-    row = int(np.argmax(judgement.combined > SCORE * before))
+    row = int(np.argmax(judgement.all_errors > SCORE * before))
     if not 0 < row < len(motion.times) - 2:
         return []
     later = motion.select(slice(row, None))
-    parts = [motion.select(slice(0, row)), BodyMotion(motion.moments, later.times - later.times[0], later.q, later.w)]
-    worst = max(_worst(part.thinned()) for part in parts)
+    halves = [motion.select(slice(0, row)), BodyMotion(motion.moments, later.times - later.times[0], later.q, later.w)]
+    worst = max(_worst(half.thin_rows()) for half in halves)
     if worst > SCORE * before:
         return []
     step = motion.times[row] - motion.times[row - 1]
     spans = np.linspace(-GAP_STEPS * step, GAP_STEPS * step, GAP_TRIALS)
     first, last = motion.select(slice(row - 1, row)), motion.select(slice(row, row + 1))
-    tried = exact_motion(BodyMotion(motion.moments, spans, first.q, None), *first.start)
-    misses = [np.linalg.norm(last.w - tried.w, axis=1) / motion.speed]
-    misses += [] if motion.q is None else [distance(tried.q, last.q)]
+    prediction = exact_motion(BodyMotion(motion.moments, spans, first.q, None), *first.start)
+    misses = [np.linalg.norm(last.w - prediction.w, axis=1) / motion.speed]
+    misses += [] if motion.q is None else [distance(prediction.q, last.q)]
     guess = fits.Fit(first.start, motion.moments, delay=float(spans[np.argmin(np.max(misses, axis=0))]))
     target = BodyMotion(motion.moments, np.zeros(1), None, last.w)
     fitted = fits.fit(target, guess, ("delay",))
@@ -236,29 +236,29 @@ def _jumps(judgement) -> list[Finding]:
 
 def _constants(judgement) -> list[Finding]:
     """Return clock, delay and ratios of moments with which the file is an exact motion."""
-    motion = judgement.motion.thinned(fits.FITTED_ROWS) if judgement.motion.w is not None else judgement.motion
+    motion = judgement.motion.thin_rows(fits.FITTED_ROWS) if judgement.motion.w is not None else judgement.motion
     start, before = judgement.reference.start, judgement.worst
     guess = fits.Fit(start, motion.moments)
-    found = []
+    readings = []
     if motion.w is not None:
         first = motion.select(slice(0, fits.FIRST_ROWS))
         guesses = [guess, *(fits.Fit(start, motion.moments, clock=clock) for clock in CLOCKS)]
-        best = fits.fit(motion, min(guesses, key=lambda one: one.worst(first)), ("clock",))
+        best = fits.fit(motion, min(guesses, key=lambda trial: trial.worst(first)), ("clock",))
         text = f"if time runs {best.clock:.9g} times as fast (or the rates are {best.clock:.9g} times as large)"
-        found.append((best, "clock", text))
+        readings.append((best, "clock", text))
     if motion.w is not None and motion.q is not None:
         best = fits.fit(motion, guess, ("rates", "delay"))
-        found.append((best, "staggered", f"if the rates are those of {best.delay:.6g} s after the attitudes"))
+        readings.append((best, "staggered", f"if the rates are those of {best.delay:.6g} s after the attitudes"))
     best = fits.fit(motion, guess, ("ratios",) if motion.w is not None else ("rates", "ratios"))
     ratios = ":".join(f"{ratio:.6g}" for ratio in best.moments / best.moments[2])
-    found.append((best, "wrong_inertia", f"if I1:I2:I3 = {ratios}"))
+    readings.append((best, "wrong_inertia", f"if I1:I2:I3 = {ratios}"))
     findings = []
-    for fitted, word, text in found:
-        error = np.sort(np.max([each for each in fitted.errors(motion) if each is not None], axis=0))
+    for best_fit, word, text in readings:
+        error = np.sort(np.max([each for each in best_fit.errors(motion) if each is not None], axis=0))
         worst = float(error[-2] if word == "staggered" else error[-1])  # rates of the first row may be exact
         if worst < SCORE * before:
             findings.append(Finding(word, f"{text}, the error falls from {before:.3g} to {worst:.3g}", worst / before))
-    return sorted(findings, key=lambda one: one.score)[:1]
+    return sorted(findings, key=lambda finding: finding.score)[:1]
 
 
 def _equations(judgement) -> list[Finding]:
@@ -268,21 +268,21 @@ def _equations(judgement) -> list[Finding]:
         return list(_kinematics(judgement))
     motion = motion if motion.w is not None else _with_rates(motion)
     resolution = max(judgement.rows.attitude_resolution, 4e-16)
-    found: dict[str, Finding] = {}
-    for one in dynamics.explanations(motion, resolution):
-        if one.score > (LOOSE_SCORE if one.word == "first_order" else SCORE) or one.word in found:
+    findings: dict[str, Finding] = {}
+    for fit in dynamics.explanations(motion, resolution):
+        if fit.score > (LOOSE_SCORE if fit.word == "first_order" else SCORE) or fit.word in findings:
             continue
-        values = ", ".join(f"{value:.4g}" for value in one.parameters)
-        text = f"{one.text} (coefficients {values}) leaves {one.score:.2g} of the defect from row to row"
-        is_double = one.word == "kinematics" and abs(one.parameters[0] - 1.0) < DOUBLE
-        word = "full_angle" if is_double else one.word
-        found[word] = Finding(word, text, one.score)
-    if next(iter(found), "") == "full_angle":
-        return list(found.values())[:1]
+        values = ", ".join(f"{value:.4g}" for value in fit.parameters)
+        text = f"{fit.text} (coefficients {values}) leaves {fit.score:.2g} of the defect from row to row"
+        is_double = fit.word == "kinematics" and abs(fit.parameters[0] - 1.0) < DOUBLE
+        word = "full_angle" if is_double else fit.word
+        findings[word] = Finding(word, text, fit.score)
+    if next(iter(findings), "") == "full_angle":
+        return list(findings.values())[:1]
     kinematics = list(_kinematics(judgement))
     if kinematics:
-        return [*kinematics, *(one for one in found.values() if one.word == "first_order")]
-    return list(found.values())[:1] or list(_drifts(motion.thinned()))
+        return [*kinematics, *(fit for fit in findings.values() if fit.word == "first_order")]
+    return list(findings.values())[:1] or list(_drifts(motion.thin_rows()))
 
 
 def _kinematics(judgement) -> Iterator[Finding]:
@@ -299,8 +299,8 @@ def _drifts(motion: BodyMotion) -> Iterator[Finding]:
     L = motion.w * motion.moments
     twice_energy, size = np.einsum("ij,ij->i", motion.w, L), np.linalg.norm(L, axis=1)
     energy = float(np.abs(twice_energy / twice_energy[0] - 1).max())
-    off = (size - size[0])[:, None] if motion.q is None else rotate(motion.q, L) - rotate(motion.q[:1], L[:1])
-    momentum = float((np.linalg.norm(off, axis=1) / size[0]).max())
+    L_change = (size - size[0])[:, None] if motion.q is None else rotate(motion.q, L) - rotate(motion.q[:1], L[:1])
+    momentum = float((np.linalg.norm(L_change, axis=1) / size[0]).max())
     text = f"2T changes by {energy:.3g}, L by {momentum:.3g} of itself"
     yield Finding("energy_drift" if energy > ENERGY_SHARE * momentum else "momentum_drift", text)
 
@@ -309,13 +309,13 @@ def _with_rates(motion: BodyMotion) -> BodyMotion:
     """Return attitudes at some rows with the rates that are fitted to the rows around."""
     number = min(WINDOWS, len(motion.times) // WINDOW_ROWS)
     states = []
-    for part in np.array_split(np.arange(len(motion.times)), number):
-        window = motion.select(part)
+    for rows in np.array_split(np.arange(len(motion.times)), number):
+        window = motion.select(rows)
         window = BodyMotion(motion.moments, window.times - window.times[0], window.q, None)
         guess = fits.Fit((window.q[0], fits.first_rates(window)), motion.moments)
-        middle = BodyMotion(motion.moments, window.times[[len(part) // 2]], window.q[:1], None)
+        middle = BodyMotion(motion.moments, window.times[[len(rows) // 2]], window.q[:1], None)
         centre = fits.fit(window, guess, ("attitude", "rates")).motion(middle)
-        states.append((motion.times[part[0]] + middle.times[0], centre.q[0], centre.w[0]))
+        states.append((motion.times[rows[0]] + middle.times[0], centre.q[0], centre.w[0]))
     times, q, w = (np.array(values) for values in zip(*states, strict=True))
     return BodyMotion(motion.moments, times - times[0], q, w)
 

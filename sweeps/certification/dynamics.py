@@ -21,7 +21,7 @@ from sweeps.certification.reference import BodyMotion, conjugate, multiply, rota
 SEGMENTS = 300  # number of pairs of rows
 ANGLES = (0.03, 0.5, 3.0)  # rad from row to row: the first for which the defect exceeds rounding
 CLEAR = 30.0  # defect over the resolution of the file that is clear
-STEP = 1e-6  # of the parameters' finite differences
+STEP = 1e-6  # relative step of finite differences in the parameters
 ITERATIONS = 3
 
 
@@ -118,8 +118,8 @@ def _integrate(pairs: Segments, rhs, p: np.ndarray) -> np.ndarray:
     def derivative(_, y):
         y = y.reshape(shape)
         w, q = y[:, :3], y[:, 3:]
-        change, turning = rhs(w, q, _euler(w, w, pairs.moments), pairs.moments, p)
-        rates = np.hstack([np.zeros((shape[0], 1)), turning])
+        change, q_change = rhs(w, q, _euler(w, w, pairs.moments), pairs.moments, p)
+        rates = np.hstack([np.zeros((shape[0], 1)), q_change])
         return (spans * np.hstack([change, 0.5 * multiply(q, rates)])).ravel()
 
     solution = solve_ivp(derivative, (0.0, 1.0), pairs.first.ravel(), method="DOP853", rtol=1e-12, atol=1e-14)
@@ -130,9 +130,9 @@ def _defect(pairs: Segments, motion: BodyMotion, rhs, p: np.ndarray) -> np.ndarr
     """Return rates (in |w|) and attitudes (rad) of the last states less those that the equations give, (n, 3 or 6)."""
     end = _integrate(pairs, rhs, p)
     q = end[:, 3:] / np.linalg.norm(end[:, 3:], axis=1, keepdims=True)
-    turned = rotation_vector(multiply(conjugate(q), pairs.last[:, 3:]))
+    rotations = rotation_vector(multiply(conjugate(q), pairs.last[:, 3:]))
     rates = pairs.last[:, :3] - end[:, :3]
-    return rates if motion.q is None else np.hstack([rates, turned])
+    return rates if motion.q is None else np.hstack([rates, rotations])
 
 
 def _size(defect: np.ndarray) -> float:
@@ -142,7 +142,7 @@ def _size(defect: np.ndarray) -> float:
 def explanations(motion: BodyMotion, resolution: float) -> list[Explanation]:
     """Return the alternatives with parameters fitted to a motion, the best first."""
     pairs = segments(motion, resolution)
-    found = []
+    alternatives = []
     for word, text, rhs, number in ALTERNATIVES:
         if motion.q is None and (rhs is _torque_space or rhs is _kinematics):
             continue
@@ -158,5 +158,5 @@ def explanations(motion: BodyMotion, resolution: float) -> list[Explanation]:
             if not _size(defect) < 0.99 * _size(best):
                 break
             p, best = trial, defect
-        found.append(Explanation(word, text, p, _size(best) / max(_size(begin), np.finfo(float).tiny)))
-    return sorted(found, key=lambda one: one.score)
+        alternatives.append(Explanation(word, text, p, _size(best) / max(_size(begin), np.finfo(float).tiny)))
+    return sorted(alternatives, key=lambda alternative: alternative.score)

@@ -8,7 +8,7 @@ import numpy as np
 from sweeps.certification.reference import BodyMotion, conjugate, errors, exact_motion, multiply, rotation_vector
 
 FIRST_ROWS = 8  # rows of the first fit; each further one has twice as many, so that none is half a turn off
-FITTED_ROWS = 400  # of each fit but the last
+FITTED_ROWS = 400  # number of rows in each fit but the last
 MIN_ANGLE = 1e-9  # rad about each axis, in place of no rotation at all, from which no fit begins
 MAX_CHANGE = 5.0  # largest change of a parameter by one fit
 PARAMETERS = {"attitude": 3, "rates": 3, "clock": 1, "delay": 1, "ratios": 2}
@@ -40,19 +40,19 @@ class Fit:
         """Return the largest error of rows, of attitude (rad) or relative rates."""
         return max(float(each.max()) for each in self.errors(motion) if each is not None)
 
-    def changed(self, x: np.ndarray, names: Sequence[str]) -> "Fit":
+    def with_parameters(self, x: np.ndarray, names: Sequence[str]) -> "Fit":
         """Return the fit with its parameters changed by x, in rad, in units of |w|, of 1/|w| and as logarithms."""
         x = np.clip(x, -MAX_CHANGE, MAX_CHANGE)
-        parts = dict(zip(names, np.split(x, np.cumsum([PARAMETERS[name] for name in names])[:-1]), strict=True))
+        values = dict(zip(names, np.split(x, np.cumsum([PARAMETERS[name] for name in names])[:-1]), strict=True))
         q, w = self.start
         speed = float(np.linalg.norm(w))
-        if "attitude" in parts:
-            half = 0.5 * parts["attitude"]
+        if "attitude" in values:
+            half = 0.5 * values["attitude"]
             q = multiply(q, np.append(np.sqrt(max(0.0, 1.0 - half @ half)), half))
-        w = w + speed * parts.get("rates", 0.0)
-        moments = self.moments * np.exp(np.append(parts.get("ratios", [0.0, 0.0]), 0.0))
-        clock = self.clock * float(np.exp(parts.get("clock", [0.0])[0]))
-        return Fit((q, w), moments, clock, self.delay + float(parts.get("delay", [0.0])[0]) / speed)
+        w = w + speed * values.get("rates", 0.0)
+        moments = self.moments * np.exp(np.append(values.get("ratios", [0.0, 0.0]), 0.0))
+        clock = self.clock * float(np.exp(values.get("clock", [0.0])[0]))
+        return Fit((q, w), moments, clock, self.delay + float(values.get("delay", [0.0])[0]) / speed)
 
 
 def fit(motion: BodyMotion, guess: Fit, names: Sequence[str], last_rows: int = FITTED_ROWS) -> Fit:
@@ -63,14 +63,14 @@ def fit(motion: BodyMotion, guess: Fit, names: Sequence[str], last_rows: int = F
     number = sum(PARAMETERS[name] for name in names)
     while True:
         is_last = size >= len(motion.times)
-        rows = motion.select(slice(None, size)).thinned(last_rows if is_last else FITTED_ROWS)
+        rows = motion.select(slice(None, size)).thin_rows(last_rows if is_last else FITTED_ROWS)
         begin = best
 
         def residual(x, rows=rows, begin=begin):
-            return np.concatenate(residuals(rows, begin.changed(x, names))).ravel()
+            return np.concatenate(residuals(rows, begin.with_parameters(x, names))).ravel()
 
         solution = least_squares(residual, np.zeros(number), method="lm", xtol=1e-15, ftol=1e-15, max_nfev=40 * number)
-        best = begin.changed(solution.x, names)
+        best = begin.with_parameters(solution.x, names)
         if is_last:
             return best
         size *= 2
@@ -88,5 +88,5 @@ def residuals(motion: BodyMotion, fitted: Fit) -> list[np.ndarray]:
 
 def first_rates(motion: BodyMotion) -> np.ndarray:
     """Return the angular velocity, rad/s, that turns the first attitude into the second."""
-    turned = rotation_vector(multiply(conjugate(motion.q[0]), motion.q[1]))
-    return (turned if turned.any() else np.full(3, MIN_ANGLE)) / (motion.times[1] - motion.times[0])
+    first_rotation = rotation_vector(multiply(conjugate(motion.q[0]), motion.q[1]))
+    return (first_rotation if first_rotation.any() else np.full(3, MIN_ANGLE)) / (motion.times[1] - motion.times[0])

@@ -29,7 +29,7 @@ from sweeps.systems.rigid_body.system import SpunBody
 
 VERDICTS = ("pass", "fail", "ill_conditioned")
 ROUNDING = 1e-14  # rad, error below which it has no growth
-GROWTH_POINTS = 40  # times at which the growth of the error is fitted
+GROWTH_POINTS = 40  # number of times in the fit of the error's growth
 
 
 @dataclass(frozen=True)
@@ -49,14 +49,14 @@ class Judgement:
     axes: np.ndarray | None  #: principal axes in the body's axes of the file
 
     @property
-    def combined(self) -> np.ndarray:
+    def all_errors(self) -> np.ndarray:
         """Error of attitude or rates, the larger one, of each row."""
         return np.max([each for each in (self.attitude_errors, self.rates_errors) if each is not None], axis=0)
 
     @property
     def worst(self) -> float:
         """The largest error."""
-        return float(self.combined.max())
+        return float(self.all_errors.max())
 
     def rebuilt(self, q: np.ndarray | None, w: np.ndarray | None, rows: np.ndarray) -> BodyMotion:
         """Return some rows with other attitudes and rates in place of the file's."""
@@ -190,10 +190,10 @@ def facts(judgement: Judgement) -> dict[str, Any]:
 
 def _of_column(name: str, error: np.ndarray, unit: str, times: np.ndarray, tolerance: float) -> dict[str, float]:
     """Return the largest error, that of the last row, and the time (s) of the first row beyond the tolerance."""
-    beyond = (
+    first_time = (
         {} if error.max() <= tolerance else {f"{name}_passes_tolerance_s": float(times[np.argmax(error > tolerance)])}
     )
-    return {f"{name}_max_{unit}": float(error.max()), f"{name}_end_{unit}": float(error[-1])} | beyond
+    return {f"{name}_max_{unit}": float(error.max()), f"{name}_end_{unit}": float(error[-1])} | first_time
 
 
 def _of_integrals(motion: BodyMotion) -> dict[str, float]:
@@ -210,11 +210,11 @@ def _of_integrals(motion: BodyMotion) -> dict[str, float]:
     if motion.q is not None:
         first = rotate(motion.q[:1], motion.w[:1] * moments)[0] / size[0]
 
-        def turned(q: np.ndarray, w: np.ndarray) -> np.ndarray:
+        def momentum_angle(q: np.ndarray, w: np.ndarray) -> np.ndarray:
             in_space = rotate(q, w * moments)
             return np.arctan2(np.linalg.norm(np.cross(in_space, first), axis=1), in_space @ first)
 
-        values["momentum_direction_error_rad"] = float(by_blocks(turned, motion.q, motion.w).max())
+        values["momentum_direction_error_rad"] = float(by_blocks(momentum_angle, motion.q, motion.w).max())
     return values
 
 

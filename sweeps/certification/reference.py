@@ -57,8 +57,8 @@ def distance(p: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 def rotate(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Return vectors in the body, (n, 3), in the axes of space."""
-    twice = 2.0 * np.cross(q[..., 1:], vectors)
-    return vectors + q[..., :1] * twice + np.cross(q[..., 1:], twice)
+    double_cross = 2.0 * np.cross(q[..., 1:], vectors)
+    return vectors + q[..., :1] * double_cross + np.cross(q[..., 1:], double_cross)
 
 
 @dataclass(frozen=True)
@@ -79,8 +79,8 @@ class AttitudeFrame:
             half = 0.5 * self.rate * times[:, None]
             return np.hstack([np.cos(half), np.sin(half) * self.axis])
         if trajectory.place is None:
-            wrong = "frame: the file has no longitude and latitude"
-            raise DefinitionError(f"{wrong}; allowed: --frame-axis, the axis of rotation in the axes of the frame")
+            problem = "frame: the file has no longitude and latitude"
+            raise DefinitionError(f"{problem}; allowed: --frame-axis, the axis of rotation in the axes of the frame")
         longitude, latitude = trajectory.place[rows].T
         angles = np.column_stack([self.rate * times + longitude, -0.5 * np.pi - latitude])
         return Rotation.from_euler("ZY", angles).as_quat(scalar_first=True)
@@ -110,10 +110,10 @@ class BodyMotion:
         q, w = (None if x is None else x[rows] for x in (self.q, self.w))
         return BodyMotion(self.moments, self.times[rows], q, w)
 
-    def thinned(self, most: int = PERTURBED_ROWS) -> "BodyMotion":
+    def thin_rows(self, max_rows: int = PERTURBED_ROWS) -> "BodyMotion":
         """Return at most so many rows, evenly spaced, with the first and the last."""
         n = len(self.times)
-        return self if n <= most else self.select(np.unique(np.linspace(0, n - 1, most).astype(int)))
+        return self if n <= max_rows else self.select(np.unique(np.linspace(0, n - 1, max_rows).astype(int)))
 
 
 def in_principal_axes(q, w, times, moments, axes) -> BodyMotion:
@@ -121,9 +121,9 @@ def in_principal_axes(q, w, times, moments, axes) -> BodyMotion:
     moments = np.asarray(moments, dtype=np.float64)
     if axes is None or np.array_equal(axes, np.eye(3)):
         return BodyMotion(moments, times, q, w)
-    turn = Rotation.from_matrix(np.asarray(axes).T).as_quat(scalar_first=True)
+    to_body = Rotation.from_matrix(np.asarray(axes).T).as_quat(scalar_first=True)
     return BodyMotion(
-        moments, times, None if q is None else multiply(q, turn), None if w is None else w @ np.asarray(axes).T
+        moments, times, None if q is None else multiply(q, to_body), None if w is None else w @ np.asarray(axes).T
     )
 
 
@@ -158,12 +158,13 @@ def conditioning(motion: BodyMotion, start, attitude_offset: float, rate_offsets
     Returns:
         Distances of attitudes, rad (None without attitudes), and of rates, relative to |w| at the start.
     """
-    motion = motion.thinned()
+    motion = motion.thin_rows()
     w = np.zeros((len(motion.times), 3))
     motion = BodyMotion(motion.moments, motion.times, motion.q, w)
     reference = exact_motion(motion, *start)
     worst = [attitude_offset, 0.0]
     for offset in (sign * offset for offset in rate_offsets for sign in (1.0, -1.0)):
-        apart = errors(exact_motion(motion, start[0], start[1] + offset), reference)
-        worst = [size if one is None else max(size, float(one.max())) for size, one in zip(worst, apart, strict=True)]
+        deviations = errors(exact_motion(motion, start[0], start[1] + offset), reference)
+        sizes = [0.0 if deviation is None else float(deviation.max()) for deviation in deviations]
+        worst = [max(pair) for pair in zip(worst, sizes, strict=True)]
     return (None if motion.q is None else worst[0]), worst[1]

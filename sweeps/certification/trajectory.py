@@ -121,7 +121,7 @@ class _Arrays(tables.Source):
         arrays = {str(name): np.ma.filled(table[name], np.nan) for name in table}
         units = [getattr(table[name], "attrs", {}).get("units", "") for name in table]
         headings = map(tables.heading, arrays)
-        self.headings = [(name, given or unit) for (name, unit), given in zip(headings, units, strict=True)]
+        self.headings = [(name, own_unit or unit) for (name, unit), own_unit in zip(headings, units, strict=True)]
         kinds = [array.dtype.kind if array.ndim == 1 else "" for array in arrays.values()]
         self.texts = {k for k, kind in enumerate(kinds) if kind not in tuple("iuf")}
         self.single = {k for k, array in enumerate(arrays.values()) if array.dtype == np.float32}
@@ -136,26 +136,27 @@ class _Arrays(tables.Source):
 
 def _parse(source: tables.Source, choice: columns.ColumnChoice) -> Trajectory:
     """Return the trajectory in the columns of a source, checked."""
-    found = columns.find(source.headings, choice, source.texts)
-    used = [k for places in found.places.values() for k in places]
-    blocks = list(source.row_blocks(used))[::-1]
-    table, end = np.empty((sum(map(len, blocks)), len(used))), 0
+    columns_found = columns.find(source.headings, choice, source.texts)
+    column_numbers = [k for places in columns_found.places.values() for k in places]
+    blocks = list(source.row_blocks(column_numbers))[::-1]
+    table, end = np.empty((sum(map(len, blocks)), len(column_numbers))), 0
     while blocks:  # each is freed when it is copied
         block = blocks.pop()
         table[end : (end := end + len(block))] = block
-    names = [source.headings[k][0] for k in used]
-    _check(table, names, used.index(found.places["time"][0]))
-    table *= found.factors(used)
-    digits = columns.units_of_last_digits(source.sample_rows(), used) * np.abs(found.factors(used)) / 2
-    epsilon = np.array([np.finfo(np.float32 if k in source.single else np.float64).eps for k in used])
+    names = [source.headings[k][0] for k in column_numbers]
+    _check(table, names, column_numbers.index(columns_found.places["time"][0]))
+    table *= columns_found.factors(column_numbers)
+    factors = np.abs(columns_found.factors(column_numbers))
+    digits = columns.units_of_last_digits(source.sample_rows(), column_numbers) * factors / 2
+    epsilon = np.array([np.finfo(np.float32 if k in source.single else np.float64).eps for k in column_numbers])
 
     def select(role: str) -> np.ndarray | None:
-        places = found.places.get(role)
-        first = used.index(places[0]) if places else 0
+        places = columns_found.places.get(role)
+        first = column_numbers.index(places[0]) if places else 0
         return table[:, first : first + len(places)] if places else None
 
     def resolution(role: str, size: float) -> np.ndarray:
-        places = [used.index(k) for k in found.places.get(role, ())]
+        places = [column_numbers.index(k) for k in columns_found.places.get(role, ())]
         ulp = np.exp2(np.floor(np.log2(size))) * epsilon[places]
         return np.fmax(digits[places], 2 * ulp)
 
@@ -166,13 +167,13 @@ def _parse(source: tables.Source, choice: columns.ColumnChoice) -> Trajectory:
     attitude: dict[str, Any] = {"q": None}
     if (entries := select("attitude")) is not None:
         is_conjugate = (choice.direction == "space-to-body") != getattr(source, "space_to_body", False)
-        attitude = _attitudes(entries, resolution("attitude", 1.0), found.sequence, is_conjugate)
+        attitude = _attitudes(entries, resolution("attitude", 1.0), columns_found.sequence, is_conjugate)
     return Trajectory(
         times=times - times[0],
         rates=rates,
         rates_resolution=resolution("rates", speed) if rates is not None else np.full(3, np.nan),
         place=None if place is None else np.column_stack([place, select("latitude")]),
-        names={role: [source.headings[k][0] for k in places] for role, places in found.places.items()},
+        names={role: [source.headings[k][0] for k in places] for role, places in columns_found.places.items()},
         **attitude,
     )
 
@@ -189,5 +190,5 @@ def _check(table: np.ndarray, names: Sequence[str], time: int) -> None:
     steps = np.diff(table[:, time])
     if not (steps > 0).all():
         row = int(np.argmin(steps > 0)) + 1
-        wrong = "repeats" if steps[row - 1] == 0 else "goes back"
-        raise DefinitionError(f"row {row + 1:,}: the time {wrong}; allowed: times that increase")
+        problem = "repeats" if steps[row - 1] == 0 else "goes back"
+        raise DefinitionError(f"row {row + 1:,}: the time {problem}; allowed: times that increase")
