@@ -4,6 +4,9 @@ import ast
 import re
 from pathlib import Path
 
+import legibility
+import pytest
+
 ROOT = Path(__file__).parents[1]
 VERBS = frozenset(
     """Add Advance Announce Answer Append Apply Bound Break Broadcast Check Claim Close Collect Compare Compile
@@ -24,6 +27,24 @@ PHRASES = re.compile(
     r"|its least axis|distance of the direct solution|what the twist lacks|\bDoors\b|^## (Two lines|Your own)$",
     re.IGNORECASE | re.MULTILINE,
 )
+
+SOURCES = {  # figure of `legibility` → (number by which its share is multiplied, largest value)
+    "participles": (100, 1.0),  # % of names
+    "vague": (100, 0.3),  # % of names
+    "single": (100, 50.0),  # % of functions
+    "constants": (1, 0.0),
+    "modules": (1, 0.0),
+    "parameters": (100, 10.0),  # % of public functions of three and more parameters
+    "what": (1000, 1.0),  # from here on for 1,000 words
+    "where": (1000, 2.0),
+    "whose": (1000, 0.3),
+    "pronoun": (1000, 1.6),
+    "beside": (1000, 0.1),
+    "hold": (1000, 0.6),
+    "say": (1000, 1.0),
+}
+TESTS = SOURCES | {"participles": (100, 2.0), "vague": (100, 2.0), "single": (100, 50.0), "parameters": (100, 100.0)}
+MAX_SHORT_NAMES = 2654  # names of one and two letters outside kernels; this number may only fall
 
 
 def docstrings():
@@ -53,6 +74,23 @@ def texts():
             quiet = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
             strings = (n for n in ast.walk(tree) if isinstance(n, ast.Constant) and id(n) not in quiet)
             yield path, "\n".join(n.value for n in strings if isinstance(n.value, str) and " " in n.value)
+
+
+@pytest.mark.parametrize(
+    ("tops", "bars"), [(("kernels", "sweeps"), SOURCES), (("tests",), TESTS)], ids=["sources", "tests"]
+)
+def test_names_and_prose_are_within_the_habits_of_packages_that_read_well(tops, bars):
+    figures = legibility.measure(tops)
+    beyond = {name: figures[name].places for name, (base, bar) in bars.items() if figures[name].share(base) > bar}
+    assert not beyond, "\n".join(f"{name}: {place}" for name, places in beyond.items() for place in places)
+    if "sweeps" in tops:
+        assert len(figures["short"].places) <= MAX_SHORT_NAMES
+
+
+def test_allowed_names_are_few_and_have_reasons():
+    lines = (ROOT / "tests/language_allowed.txt").read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 60
+    assert all(len(line.split()) > 2 for line in lines)
 
 
 def test_docstrings_begin_with_an_imperative_sentence():

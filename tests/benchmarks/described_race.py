@@ -26,7 +26,11 @@ from sweeps.mechanics import motions
 from sweeps.points import catalogue
 from sweeps.points.loading import read_sweep
 
-RACED = {"double_pendulum": "hanging", "lagrange_points": "", "sleeping_top": ""}  # and the equilibrium, if one alone
+RACED = {
+    "double_pendulum": "hanging",
+    "lagrange_points": "",
+    "sleeping_top": "",
+}  # system → its equilibrium, "" for all
 COUNT, INTERVALS, SIZE, ERROR = 4096, 64, 1e-3, 1e-10
 ROUNDS, PROCESSES, ALONE = 15, 3, "--alone"
 WIDTHS = (16, 32, 64)

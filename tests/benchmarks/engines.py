@@ -1,4 +1,4 @@
-"""How far physics engines are off after 30 s of two free rotations: NASA's brick, and a spin near the separatrix.
+"""Errors of physics engines after 30 s of two free rotations: NASA's brick, and a spin near the separatrix.
 
     PYTHONPATH=. python tests/benchmarks/engines.py --venvs DIR
 

@@ -13,7 +13,7 @@ from sweeps.systems.bodies import inertia, mesh_overlaps, mesh_shells
 
 trimesh = pytest.importorskip("trimesh")
 
-NUM_FILES = 20  # of each kind
+NUM_FILES = 20  # number of generated files per kind
 
 
 def box(edges, at=(0.0, 0.0, 0.0), inwards=False):

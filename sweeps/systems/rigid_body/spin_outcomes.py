@@ -29,7 +29,7 @@ DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, 
 Axes = tuple[int, ...]
 Moments = tuple[float, float, float]
 AXES = (1, 2, 3)
-PREDICTED_REGIMES = tuple(VERDICTS)  # in the order of the codes of `kernels.free.linear.regime`, from 0
+PREDICTED_REGIMES = tuple(VERDICTS)  # ordered by the codes of `kernels.free.linear.regime`, from 0
 
 
 @dataclass(frozen=True)
