@@ -129,12 +129,12 @@ def few_frames(monkeypatch):
 
 
 @pytest.fixture(scope="session")
-def house(tmp_path_factory):
+def workspace(tmp_path_factory):
     """A copy of the sources with the kernels compiled, and the content hash of an undisturbed run."""
-    from houses import House
+    from workspaces import Workspace
 
-    house = House(tmp_path_factory.mktemp("house"))
-    status, output = house.run()
+    workspace = Workspace(tmp_path_factory.mktemp("workspace"))
+    status, output = workspace.run()
     assert status == 0, output
-    house.hash = house.content()
-    return house
+    workspace.hash = workspace.content()
+    return workspace

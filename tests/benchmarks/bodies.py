@@ -90,7 +90,7 @@ def _growth(bodies):
 
 @njit(nogil=True, error_model="numpy", fastmath={"contract"})
 def rate_of(b, c):
-    """Signed rate² (in spin²) and its standard error from the samples of one body, by the house's recurrence."""
+    """Signed rate² (in spin²) and its standard error from the samples of one body, by the workspace's recurrence."""
     guess = measure.first_guess((b[2], c[2]), (b[1], c[1]), (b[0], c[0]))
     rx, rr, xx = 0.0, 0.0, 0.0
     for i in range(2, b.size):

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from houses import SHARDS, TARGET, assert_whole
+from workspaces import SHARDS, TARGET, assert_whole
 
 import sweeps
 
@@ -21,12 +21,12 @@ pytestmark = [pytest.mark.slow, pytest.mark.faults]
 
 
 @pytest.fixture(autouse=True)
-def clear_results(house):
-    house.settle()
-    house.clear()
-    house.define()
+def clear_results(workspace):
+    workspace.settle()
+    workspace.clear()
+    workspace.define()
     yield
-    house.settle()
+    workspace.settle()
 
 
 def assert_words(output, *words):
@@ -35,25 +35,25 @@ def assert_words(output, *words):
         assert word in output
 
 
-def interrupt_run(house, settle=True):
+def interrupt_run(workspace, settle=True):
     """Kill a run after some shards; wait for the processes that it leaves if `settle`."""
-    run = house.start()
-    house.until_shards(run, 2)
+    run = workspace.start()
+    workspace.until_shards(run, 2)
     run.kill()
     run.communicate()
     if settle:
-        house.settle()
+        workspace.settle()
 
 
 # Two runs
 
 
-def test_a_second_run_says_so_and_stops(house):
-    first = house.start()
-    house.until_shards(first, 1)
+def test_a_second_run_says_so_and_stops(workspace):
+    first = workspace.start()
+    workspace.until_shards(first, 1)
     first.send_signal(signal.SIGSTOP)  # so that it is still at work, however fast this machine is
-    status, first_output = house.run()
-    second_run = house.process([sys.executable, "-m", "sweeps", "run", "broken.yaml", "--cores", "1"])
+    status, first_output = workspace.run()
+    second_run = workspace.process([sys.executable, "-m", "sweeps", "run", "broken.yaml", "--cores", "1"])
     second_output, _ = second_run.communicate()
     first.send_signal(signal.SIGCONT)
     firsts, _ = first.communicate()
@@ -62,7 +62,7 @@ def test_a_second_run_says_so_and_stops(house):
     assert second_run.returncode == 2
     assert_words(second_output, "another run is active there")
     assert first.returncode == 0, firsts
-    assert_whole(house)
+    assert_whole(workspace)
 
 
 # Disks
@@ -92,24 +92,24 @@ def fill(folder):
             pass
 
 
-def test_a_disk_that_fills_up_is_said_and_loses_nothing(house):
-    results = house.folder / "results"
+def test_a_disk_that_fills_up_is_said_and_loses_nothing(workspace):
+    results = workspace.folder / "results"
     with small_disk(results, "24m"):
-        run = house.start()
-        house.until_shards(run, 3)  # of two jobs at a time: one at least has ended, its log and benchmark written
+        run = workspace.start()
+        workspace.until_shards(run, 3)  # of two jobs at a time: one at least has ended, its log and benchmark written
         fill(results)
         output, _ = run.communicate()
         assert run.returncode == 1
         assert_words(output, "No space left on device")
-        assert not house.map.exists()
+        assert not workspace.map.exists()
         assert not list(results.glob("broken/**/.*.part"))
-        finished_shards = house.finished_shards()
+        finished_shards = workspace.finished_shards()
         (results / "filler").unlink()
-        status, output = house.run()
+        status, output = workspace.run()
         assert status == 0, output
         assert finished_shards
         assert not [k for k in finished_shards if f"Measuring shard {k} of" in output]
-        assert_whole(house)
+        assert_whole(workspace)
 
 
 @contextmanager
@@ -127,9 +127,9 @@ def read_only(folder):
         folder.chmod(0o755)
 
 
-def test_a_results_folder_that_cannot_be_written_is_refused(house):
-    with read_only(house.folder / "results") as reason:
-        status, output = house.run()
+def test_a_results_folder_that_cannot_be_written_is_refused(workspace):
+    with read_only(workspace.folder / "results") as reason:
+        status, output = workspace.run()
         assert status == 2
         assert_words(output, f"cannot be written ({reason})", "allowed")
         assert output.count("\n") == 1
@@ -139,44 +139,48 @@ def test_a_results_folder_that_cannot_be_written_is_refused(house):
 
 
 @pytest.mark.parametrize("years", [-30, 30])
-def test_a_clock_that_jumps_changes_no_bit(house, years):
-    interrupt_run(house)
+def test_a_clock_that_jumps_changes_no_bit(workspace, years):
+    interrupt_run(workspace)
     wrong_time = time.time() + years * 365.25 * 86400
     rng = random.Random(years)
-    files = [house.folder / "broken.yaml", *house.shards.glob("[0-9]*.nc"), *house.folder.glob(".cache/polhode/*/*")]
+    files = [
+        workspace.folder / "broken.yaml",
+        *workspace.shards.glob("[0-9]*.nc"),
+        *workspace.folder.glob(".cache/polhode/*/*"),
+    ]
     for path in files:
         if path.name in ("broken.yaml", "compiled") or rng.random() < 0.7:
             os.utime(path, (wrong_time, wrong_time))
     for _ in range(2):
-        status, output = house.run()
+        status, output = workspace.run()
         assert status == 0, output
-        assert_whole(house)
-        os.utime(house.map, (wrong_time, wrong_time))
+        assert_whole(workspace)
+        os.utime(workspace.map, (wrong_time, wrong_time))
 
 
 # Code that changes
 
 
-def test_a_kernel_edited_between_two_runs_is_what_makes_every_point(house):
-    interrupt_run(house, settle=False)
-    kernel, ours = house.folder / "kernels/estimator/measure.py", Path(house.ask(FOLDER))
+def test_a_kernel_edited_between_two_runs_is_what_makes_every_point(workspace):
+    interrupt_run(workspace, settle=False)
+    kernel, ours = workspace.folder / "kernels/estimator/measure.py", Path(workspace.ask(FOLDER))
     before = kernel.read_text()
     # while the jobs that the killed run has left still finish shards of the old kernels
     kernel.write_text(before + "\nEDITED = True\n")
     try:
-        cache_of_edit = Path(house.ask(FOLDER))
+        cache_of_edit = Path(workspace.ask(FOLDER))
         for code in ours.glob("kernels_*"):  # Numba uses its files, except that of the edited source
             shutil.copytree(code, cache_of_edit / code.name, dirs_exist_ok=True)
-        status, output = house.run()
+        status, output = workspace.run()
         assert status == 0, output
-        house.settle()
-        with sweeps.open_map(house.map) as ds:
+        workspace.settle()
+        with sweeps.open_map(workspace.map) as ds:
             map_fingerprint = ds.attrs["kernel_fingerprint"]
-        assert map_fingerprint == house.ask(
+        assert map_fingerprint == workspace.ask(
             "from sweeps import systems; print(systems.resolve('rigid_body').fingerprint())"
         )
         assert output.count("Measuring shard") == SHARDS
-        assert house.content() == house.hash  # the edit changes no number
+        assert workspace.content() == workspace.hash  # the edit changes no number
     finally:
         kernel.write_text(before)
 
@@ -186,35 +190,37 @@ HASH = "import sweeps; print(sweeps.survey('broken.yaml').attrs['content_hash'])
 OLD_PROCESSOR = "nehalem"  # an old processor of the same family, which newer ones can emulate
 
 
-def compiled_of_an_edit(house, **settings):
+def compiled_of_an_edit(workspace, **settings):
     """The folder of compiled kernels that measure wrong rates; only measure.py shows it."""
-    kernel = house.folder / "kernels/estimator/measure.py"
+    kernel = workspace.folder / "kernels/estimator/measure.py"
     before = kernel.read_text()
     edited_text = before.replace("TURNS[0]", "1.25 * TURNS[0]")  # of the series that most rates come from
     assert edited_text != before
     kernel.write_text(edited_text)
     try:
-        return Path(house.ask(f"{HASH}; {FOLDER}", **settings).splitlines()[-1])
+        return Path(workspace.ask(f"{HASH}; {FOLDER}", **settings).splitlines()[-1])
     finally:
         kernel.write_text(before)
 
 
 @pytest.mark.parametrize("stale", ["source", "processor"])
-def test_stale_compiled_code_in_our_place_is_not_run(house, stale):
+def test_stale_compiled_code_in_our_place_is_not_run(workspace, stale):
     if stale == "processor" and platform.machine() != "x86_64":
         pytest.skip("the processor that is named here is none of this machine's kind")
-    ours = Path(house.ask(FOLDER))
+    ours = Path(workspace.ask(FOLDER))
     backup = shutil.copytree(ours, ours.with_name("kept"))
     try:
-        stale_folder = compiled_of_an_edit(house, **({"NUMBA_CPU_NAME": OLD_PROCESSOR} if stale == "processor" else {}))
+        stale_folder = compiled_of_an_edit(
+            workspace, **({"NUMBA_CPU_NAME": OLD_PROCESSOR} if stale == "processor" else {})
+        )
         assert (stale_folder != ours) == (stale == "processor")
         if stale_folder != ours:  # another processor has a folder of its own; it is moved to this processor's place
             shutil.rmtree(ours)
             stale_folder.rename(ours)
-        status, output = house.run()
+        status, output = workspace.run()
         assert status == 0, output
         assert_words(output)
-        assert_whole(house)
+        assert_whole(workspace)
     finally:
         shutil.rmtree(ours)
         backup.rename(ours)
@@ -223,15 +229,15 @@ def test_stale_compiled_code_in_our_place_is_not_run(house, stale):
 QUICK = ("elliptic", "measure", "direct", "solution")  # kernels that are soon compiled again
 
 
-def compiled_files(house):
+def compiled_files(workspace):
     """Return the compiled files of some kernels; files that an earlier test has emptied stay empty until a call."""
-    files = Path(house.ask(FOLDER), "code").iterdir()
+    files = Path(workspace.ask(FOLDER), "code").iterdir()
     return sorted(p for p in files if p.name.partition(".")[0] in QUICK and p.stat().st_size)
 
 
-def test_a_damaged_compiler_cache_is_not_believed(house):
+def test_a_damaged_compiler_cache_is_not_believed(workspace):
     """Remainders of a failing disk in the cache: halves, nothing, noise."""
-    files = compiled_files(house)
+    files = compiled_files(workspace)
     assert len(files) > 10
     rng = random.Random(5)
     for path in files:
@@ -244,9 +250,9 @@ def test_a_damaged_compiler_cache_is_not_believed(house):
             content,
         ]
         path.write_bytes(rng.choice(damage))
-    status, output = house.run()
+    status, output = workspace.run()
     assert status == 0, output
-    assert_whole(house)
+    assert_whole(workspace)
 
 
 COMMANDS = [
@@ -257,16 +263,16 @@ COMMANDS = [
 ]
 
 
-def test_a_bit_that_flips_in_compiled_code_is_never_run(house):
+def test_a_bit_that_flips_in_compiled_code_is_never_run(workspace):
     """Wherever kernels are called: in every command that does, and in Python."""
-    status, output = house.run()
+    status, output = workspace.run()
     assert status == 0, output
-    calls = [lambda line=line: house.command(*line.split()) for line in COMMANDS]
+    calls = [lambda line=line: workspace.command(*line.split()) for line in COMMANDS]
     rng = random.Random(6)
-    for call in [*calls, lambda: house.ask(HASH)]:
-        expected, motion = call(), house.folder / "results/motion.csv"
+    for call in [*calls, lambda: workspace.ask(HASH)]:
+        expected, motion = call(), workspace.folder / "results/motion.csv"
         motion_bytes = motion.read_bytes() if motion.exists() else b""
-        for code in compiled_files(house):
+        for code in compiled_files(workspace):
             content = bytearray(code.read_bytes())
             content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
             code.write_bytes(content)
@@ -274,6 +280,6 @@ def test_a_bit_that_flips_in_compiled_code_is_never_run(house):
         assert (motion.read_bytes() if motion.exists() else b"") == motion_bytes
 
 
-def test_values_of_the_undisturbed_run_are_those_of_a_call(house):
-    assert sweeps.survey(house.folder / "broken.yaml").attrs["content_hash"] == house.hash
+def test_values_of_the_undisturbed_run_are_those_of_a_call(workspace):
+    assert sweeps.survey(workspace.folder / "broken.yaml").attrs["content_hash"] == workspace.hash
     assert np.prod([20, 20, 2, 2, 3]) == 4800

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import damages
 import pytest
-from houses import wait_for
 from maps import write
+from workspaces import wait_for
 
 import sweeps
 from sweeps.__main__ import main

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from houses import PATIENCE, wait_for
+from workspaces import PATIENCE, wait_for
 
 import sweeps
 from sweeps import __main__

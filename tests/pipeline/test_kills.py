@@ -18,7 +18,7 @@ from contextlib import suppress
 import psutil
 import pytest
 import test_faults
-from houses import assert_whole, wait_for
+from workspaces import assert_whole, wait_for
 
 import sweeps
 from sweeps.pipeline import claims, up_to_date
@@ -77,19 +77,19 @@ def victim(run, kind):
 class Series:
     """A series of kills in one copy of the sources, each of a run that continues the interrupted run before."""
 
-    def __init__(self, house, seed):
-        self.house, self.rng = house, random.Random(seed)
-        (house.folder / "broken.yaml").write_text(DEFINITION % SHARDS)
-        self.hash = sweeps.survey(house.folder / "broken.yaml").attrs["content_hash"]
-        self.results = house.folder / "results/broken"
+    def __init__(self, workspace, seed):
+        self.workspace, self.rng = workspace, random.Random(seed)
+        (workspace.folder / "broken.yaml").write_text(DEFINITION % SHARDS)
+        self.hash = sweeps.survey(workspace.folder / "broken.yaml").attrs["content_hash"]
+        self.results = workspace.folder / "results/broken"
         self.pictures, self.is_compiled = None, True
-        self.log = house.folder / "said.log"
+        self.log = workspace.folder / "said.log"
         self.began = time.monotonic()
 
     def start(self, entry):
         words = [sys.executable, "-m", *{"workflow": ["snakemake"], "run": ["sweeps", "run", "broken.yaml"]}[entry]]
         words += ["--cores", "2"] + ["--config", "definition=broken.yaml"] * (entry == "workflow")
-        return self.house.process(words, self.log, start_new_session=True)
+        return self.workspace.process(words, self.log, start_new_session=True)
 
     def working_process(self, run, entry, stage):
         """Return the process that works at a stage, once it does; None if the run ends before."""
@@ -104,7 +104,7 @@ class Series:
             self.forget_compiled()
             shutil.rmtree(self.results / "shards", ignore_errors=True)
         if stage in STAGES[:3]:
-            self.house.map.unlink(missing_ok=True)
+            self.workspace.map.unlink(missing_ok=True)
         if stage == "figures":
             shutil.rmtree(self.results / "figures", ignore_errors=True)
         if stage == "report":
@@ -112,7 +112,7 @@ class Series:
 
     def forget_compiled(self):
         """Remove the marks of complete code from the cache and, once a round, the code of one file."""
-        cache = next((self.house.folder / ".cache/polhode").glob("*-*"))
+        cache = next((self.workspace.folder / ".cache/polhode").glob("*-*"))
         shutil.rmtree(cache / "ready", ignore_errors=True)
         if self.is_compiled:
             for path in cache.glob("code/linear.*"):
@@ -123,7 +123,7 @@ class Series:
         """Sends a signal in a stage: whether that came to pass."""
         self.make_room(entry, stage)
         shutil.rmtree(self.results / "logs", ignore_errors=True)
-        before = set(self.house.finished_shards())
+        before = set(self.workspace.finished_shards())
         run = self.start(entry)
         is_killed, process = False, self.working_process(run, entry, stage)
         if process is not None:
@@ -162,18 +162,18 @@ class Series:
 
     def finish(self, entry):
         """A run that nothing disturbs: everything is there, right, and nothing else is."""
-        finished_shards = self.house.finished_shards()
+        finished_shards = self.workspace.finished_shards()
         run = self.start(entry)
         assert run.wait() == 0, self.log.read_text()
         output = self.log.read_text()
         assert not [k for k in finished_shards if f"Measuring shard {k} of" in output]
-        self.house.settle()
-        assert_whole(self.house, self.hash)
+        self.workspace.settle()
+        assert_whole(self.workspace, self.hash)
         assert {path.name for path in self.results.iterdir()} <= MADE
         pictures = sorted(path.name for path in (self.results / "figures").glob("[!.]*"))
         self.pictures = self.pictures or pictures
         assert pictures == self.pictures != []
-        assert not list(self.house.folder.glob("**/.*.part"))
+        assert not list(self.workspace.folder.glob("**/.*.part"))
 
 
 def plan(number):
@@ -187,10 +187,10 @@ def plan(number):
         yield sorted(kills[k : k + ROUND], key=lambda kill: STAGES.index(kill[2]))
 
 
-def test_kills_lose_no_point_change_none_and_leave_nothing(house):
-    series = Series(house, KILLS)
+def test_kills_lose_no_point_change_none_and_leave_nothing(workspace):
+    series = Series(workspace, KILLS)
     for kills in plan(KILLS):
-        house.clear()
+        workspace.clear()
         series.is_compiled = True
         for entry, scope, stage, number in kills:
             for _ in range(5):  # if the victim has ended before that moment, another moment

@@ -12,8 +12,8 @@ import time
 
 import psutil
 import pytest
-from houses import SHARDS, assert_whole, wait_for
 from test_workflow import ROOT
+from workspaces import SHARDS, assert_whole, wait_for
 
 PROGRAMS = ("slurmctld", "slurmd", "munged", "sbatch", "srun", "squeue", "scancel")
 MISSING = [program for program in PROGRAMS if shutil.which(program) is None]
@@ -140,19 +140,19 @@ def cluster(tmp_path_factory):
         yield cluster
 
 
-def test_a_job_killed_on_the_cluster_changes_no_bit(cluster, house):
-    house = copy.copy(house)
-    house.settle()
-    house.clear()
-    house.define()
-    shutil.copytree(ROOT / ".slurm", house.folder / ".slurm")
-    house.environment = house.environment | {
+def test_a_job_killed_on_the_cluster_changes_no_bit(cluster, workspace):
+    workspace = copy.copy(workspace)
+    workspace.settle()
+    workspace.clear()
+    workspace.define()
+    shutil.copytree(ROOT / ".slurm", workspace.folder / ".slurm")
+    workspace.environment = workspace.environment | {
         "SLURM_CONF": cluster.environment["SLURM_CONF"],
         "PATH": f"{cluster.folder}/bin:{os.environ['PATH']}",
     }
     quick = ("--slurm-init-seconds-before-status-checks", "2", "--slurm-status-command", "squeue")
-    log = house.folder / "said.log"
-    run = house.start(log, "--profile", ".slurm", *quick)
+    log = workspace.folder / "said.log"
+    run = workspace.start(log, "--profile", ".slurm", *quick)
     queue_command = ("squeue", "-h", "-t", "running", "-o", "%i %k")
     shard = wait_for(
         lambda: [line.split()[0] for line in cluster.ask(*queue_command).splitlines() if "shard" in line], run
@@ -164,4 +164,4 @@ def test_a_job_killed_on_the_cluster_changes_no_bit(cluster, house):
     assert run.returncode == 0, output
     assert f"SLURM-job '{shard[0]}' failed" in output
     assert output.count("has been submitted with SLURM jobid") == SHARDS + 2  # one shard twice, and the merge
-    assert_whole(house)
+    assert_whole(workspace)

@@ -1,4 +1,4 @@
-"""The house: which module imports which, deferred imports and those for type checkers counted, and in which order."""
+"""Imports of all modules, deferred ones and those for type checkers included, and their order."""
 
 import ast
 import re
@@ -100,7 +100,7 @@ def test_no_import_among_the_packages_of_systems_runs_in_a_circle():
 # ---------------------------------------------------------------------------------------------------------
 # A system of equations lives in its own folder: no general package requests its name, or its coordinates'
 
-ROOMS = ("schema", "reading", "points", "shards", "maps", "views", "pipeline", "commands")
+PACKAGES = ("schema", "reading", "points", "shards", "maps", "views", "pipeline", "commands")
 OWN_COMMANDS = {"bodies.py"}  # each uses one system alone, named by its import of answers
 DESCRIBED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase")  # coordinates of the maps of described systems
 
@@ -137,8 +137,8 @@ def requested_names(path):
 
 
 def outside_of_systems():
-    """Files of the rooms that every system passes through."""
-    files = [path for package in ROOMS for path in (ROOT / "sweeps" / package).rglob("*") if path.is_file()]
+    """Files of the packages that every system passes through."""
+    files = [path for package in PACKAGES for path in (ROOT / "sweeps" / package).rglob("*") if path.is_file()]
     files += [
         ROOT / "sweeps/systems" / name
         for name in ("__init__.py", "system.py", "presentation/__init__.py", "presentation/appearance.py")

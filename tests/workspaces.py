@@ -26,7 +26,7 @@ TARGET = "results/broken/stability_map.nc"
 PATIENCE = 600.0  # s, the longest wait for an expected state on a slow machine
 
 
-class House:
+class Workspace:
     """A copy of the sources with results and a compiler cache of its own."""
 
     def __init__(self, folder):
@@ -99,7 +99,7 @@ class House:
         wait_for(lambda: len(list(self.shards.glob("[0-9]*.nc"))) >= count, process)
 
     def orphans(self):
-        """Processes that work in this house."""
+        """Processes that work in this workspace."""
         processes = []
         for process in psutil.process_iter():
             try:
@@ -125,9 +125,9 @@ def wait_for(condition, process=None):
     return result
 
 
-def assert_whole(house, expected=None):
+def assert_whole(workspace, expected=None):
     """Assert that the map is that of the undisturbed run, and that no file of a killed process remains."""
-    assert house.content() == (expected or house.hash)
-    assert [check for check in verify.verify(house.map, points=20, any_kernels=True) if check.findings] == []
-    assert not list(house.folder.glob("results/broken/**/.*.part"))
-    assert not list(house.shards.glob("[0-9]*.nc"))
+    assert workspace.content() == (expected or workspace.hash)
+    assert [check for check in verify.verify(workspace.map, points=20, any_kernels=True) if check.findings] == []
+    assert not list(workspace.folder.glob("results/broken/**/.*.part"))
+    assert not list(workspace.shards.glob("[0-9]*.nc"))

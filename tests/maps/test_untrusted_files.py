@@ -49,7 +49,7 @@ CASES = [
 
 @pytest.mark.parametrize(("base", "selection"), CASES)
 def test_strange_files_end_well_or_are_refused_in_words(tmp_path, monkeypatch, base, selection):
-    """POLHODE_DAMAGES=2000 pytest -m "slow or faults" tests/maps/test_door.py tries the whole table of each system."""
+    """POLHODE_DAMAGES=2000 pytest -m "slow or faults" FILE tries the whole table of each system."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sandbox, "run_in_child", sandbox.run_in_child)
     path = write(tmp_path, (damages.BASES | damages.QUICK_BASES)[base], "base.nc")
@@ -178,7 +178,7 @@ def test_values_are_what_other_libraries_read(variant, path):
 
 @pytest.fixture(scope="module")
 def map_and_arrays(variant):
-    """The map as this door reads it, and three of its variables as h5py does."""
+    """The map as this reader reads it, and three of its variables as h5py does."""
     with sweeps.open_map(variant) as ds, h5py.File(variant) as file:
         yield ds, {name: file[name][()] for name in ("regime", "omega_squared", "energy_drift")}
 
