@@ -106,7 +106,7 @@ def _flip_and_tilt(forward, backward, lane, spin):
 
 @njit(nogil=True, **OPTIONS)
 def fill_columns(points, order, tolerance, out, at_limit):
-    """Fill COLUMNS for points taken W at a time.
+    """Fill COLUMNS for points taken W at a time: each spin is followed forwards, then backwards, to its flips.
 
     Args:
         points (kernels.free.rigid_body.Spins): Points of n spins.

@@ -402,7 +402,10 @@ def _meeting_points(smooth, spans):
 
 
 def _spectrum_distances(ends, centre, points):
-    """Return name → distance of two spectra; at given points, distance of each value to the farthest."""
+    """Return name → distances |ends − centre| of two spectra, shape (points, …), as their values are numbered.
+
+    At `points`, where the numbering is not certain, the distance of each value to the farthest value of the other.
+    """
     distances = {name: np.abs(ends[name] - values) for name, values in centre.items()}
     for name, values in centre.items():
         if values.ndim == 2 and points.size:

@@ -132,7 +132,7 @@ def _characteristic_polynomials(A, n, N, c, T):
 
 @njit(void(MOTIONS, LANES, LANES, LANES, ROWS), **INNER)
 def _coefficient_covariances(motions, N, K, A, f):
-    """Write the coefficients' covariance for unit noise: dc_{n-1-k} = -N_k M⁻¹ x0_s by Θ_s; A, f are scratch."""
+    """Write the coefficients' covariance of unit noise to K: dc_{n-1-k} = -N_k M⁻¹ x0_s, by Θ_s; A, f are scratch."""
     M, X0, runs, n, covariance = motions
     P, nn = runs * n, n * n
     V, G, T = rows_of(P), rows_of(n * P), rows_of(n * P)
@@ -175,7 +175,7 @@ def _form_error(p, a):
 
 @njit(types.Tuple((complex128, float64))(POLYNOMIAL, complex128), **INNER)
 def _polynomial_slope(p, point):
-    """Return the slope of the polynomial at a point, and a bound on its rounding."""
+    """Return the slope of the monic polynomial with coefficients p.c at a point, and a bound on its rounding."""
     size, value, slope = math.hypot(point.real, point.imag), complex(1.0, 0.0), complex(1.0, 0.0)
     error, slope_error = 0.0, 0.0
     for k in range(len(p.K) - 1, 0, -1):

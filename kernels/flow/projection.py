@@ -77,7 +77,11 @@ def _normal_matrix(by_x, squares, n, B, Q, f):
 
 @njit(boolean(*5 * (LANES,), ROWS, ROWS, int64, LANES, *3 * (ROWS,)), **INNER)
 def _accept_step(M, X0, A, U, right, new_squares, is_active, P, covariance, sum_squares, excitation, change):
-    """Copy a step's results in active lanes, except in those that are not finite; return whether a lane goes on."""
+    """Copy a step's results in active lanes: A to M, U to X0, right to covariance; return whether a lane goes on.
+
+    A lane that is not finite becomes inactive. `change` is the largest change of M's entries; a lane goes on at
+    MIN_CHANGE and above. The row P² of the covariance is its sum of squares.
+    """
     whole_vectors()
     lanes = is_active.size
     for rows in (A, U):

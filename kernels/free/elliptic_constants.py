@@ -58,9 +58,9 @@ def inertia_order(I1, I2, I3):
 
 @njit(**INLINE)
 def separatrix_offset(I_min, I_mid, I_max, w_min, w_max):
-    """Return ``I_max (I_max - I_mid) w_max^2 - I_min (I_mid - I_min) w_min^2 = L^2 - 2 E I_mid``, in double-double.
+    """Return ``I_max (I_max - I_mid) w_max^2 - I_min (I_mid - I_min) w_min^2 = L^2 - 2 E I_mid``, one double.
 
-    Error 1e-30 of the greater term.
+    It is computed in double-double: error 1e-30 of the greater term.
     """
     gap, e = two_sum(I_max, -I_mid)
     ah, al = double_product(gap, e, I_max, 0.0)

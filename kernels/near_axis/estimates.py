@@ -257,6 +257,7 @@ def _rate_writer(reduced):
 
     @njit(name="fill_reduced_rates" if reduced else "fill_rates", **OPTIONS)
     def fill_rates(S):
+        """Write growth rate or frequency, by the regime, and errors from the measured square, for each lane."""
         whole_vectors()
         for lane in range(W):
             spin, regime = S[aux.spin_rate + lane], S[column.regime + lane]

@@ -353,7 +353,11 @@ def _refine_zero(F, box):
 
 @njit(int64(FORMULAS, BOX, boolean, boolean), **INNER)
 def _classify_box(F, box, at_min_width, only_excludes):
-    """Return the kind of a box, NO_ZERO or SPLIT; write the remainder of X into u."""
+    """Return the kind of a box: NO_ZERO, UNIQUE_ZERO, SPLIT, or a code of why it is not decided.
+
+    The box is cut to the part that may contain a zero. With `only_excludes`, uniqueness is not needed; a box
+    `at_min_width` is not split.
+    """
     state = _enclose_box(F, box)
     if state == OUTSIDE:
         return NO_ZERO

@@ -79,7 +79,10 @@ def _search(judgement) -> list[Finding]:
 
 
 def _conventions(judgement) -> list[Finding]:
-    """Return the conventions under which the file is an exact motion, the best first; several are ambiguous."""
+    """Return the first convention, in the order of readings, under which the file is an exact motion.
+
+    For a steady spin, all conventions that fit as well, and the word "ambiguous".
+    """
     rows = judgement.rows
     n = len(rows.times)
     rows_at = np.unique(np.linspace(0, n - 1, CONVENTION_ROWS).astype(int))
@@ -102,9 +105,8 @@ def _conventions(judgement) -> list[Finding]:
     if len(equal_readings) > 1 and _is_steady(judgement.reference.w):
         words = ", ".join(finding.word for finding in equal_readings)
         return [*equal_readings, Finding("ambiguous", f"a spin as steady as this does not tell {words} apart")]
-    return equal_readings[
-        :1
-    ]  # in the order of readings: a quaternion with its scalar elsewhere is one of other axes, too
+    # in the order of readings: a quaternion with its scalar elsewhere is a quaternion of other axes, too
+    return equal_readings[:1]
 
 
 def _is_steady(w: np.ndarray) -> bool:
@@ -136,7 +138,10 @@ def _gaps(times: np.ndarray) -> Iterator[Finding]:
 
 
 def _single_rows(judgement) -> list[Finding]:
-    """Return rows without which all others are near the exact motion."""
+    """Return the few rows with the largest errors if the exact motion fits without them; last, the first row alone.
+
+    Rates of the first row that fit another time are those of `_late_rates`.
+    """
     motion, before = judgement.motion, judgement.worst
     is_kept = np.ones(len(motion.times), dtype=bool)
     error = judgement.all_errors

@@ -92,7 +92,7 @@ def as_markdown(facts: dict[str, dict], name: str, form: str) -> str:
 
 
 def draw(map_path: Path, name: str, path: Path, say: Callable[[str], None] = print) -> None:
-    """Draw the picture `name` of the map `map_path` to the PNG file `path` unless it exists; `say` prints a notice."""
+    """Draw the picture `name` of the map `map_path` to `path` (PNG) unless it is up to date; `say` prints a notice."""
     if is_up_to_date(path, map_path):
         return
     import sweeps

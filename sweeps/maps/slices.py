@@ -79,7 +79,7 @@ def _coordinates_of_point(ds: "xr.Dataset", anchor: str, layout: Layout) -> list
 
 
 def _in_order(ds: "xr.Dataset", layout: Layout) -> "xr.Dataset":
-    """Return the slice with its dimensions in storage order, and the values along each of them in order."""
+    """Return the slice with dimensions in storage order; if values along one are unordered, sorted without repeats."""
     names = [*layout.coordinates]
     order = sorted(map(str, ds.coords), key=lambda name: names.index(name) if name in names else -1)
     for dim in ds.dims:

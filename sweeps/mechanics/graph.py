@@ -186,7 +186,7 @@ class Graph:
         return [solution[i] for i in range(len(forces))]
 
     def coupled(self, number: int) -> tuple[int, dict, tuple]:
-        """Return (first node of its linear system, a's entries by (i, j), f) of a SOLVED node."""
+        """Return (first node, a's entries by (i, j), f) of the linear system a x = f with a SOLVED node as one x_i."""
         node = self.nodes[number]
         row, m = node.weights
         a = dict(zip(((i, j) for i in range(m) for j in range(i, m)), node.operands, strict=False))

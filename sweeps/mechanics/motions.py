@@ -80,6 +80,9 @@ def solve(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return states at times and their errors, shape (runs, times, states), and the status of each run.
 
+    Steps are halved until the states agree; a last run from a start shifted by a rounding and `uncertainty` measures
+    how errors of the start grow. The error is four times both changes.
+
     Args:
         code: as of :func:`integrate_in_steps`, as are `parameters`, `start` and `times`.
         parameters: as there.
@@ -87,7 +90,7 @@ def solve(
         times: as there.
         tolerance: largest change by halving the steps, relative to each state's largest size in the run.
         min_size: lower bound of these sizes, shape (runs, states).
-        uncertainty: of the start, shape (runs, states); a quarter of its error.
+        uncertainty: a quarter of the start's error, shape (runs, states).
     """
     times, place = _add_comparison_times(times)
     states, difference = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))

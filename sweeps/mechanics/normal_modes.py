@@ -89,7 +89,10 @@ def _linear_theory(landscape, parameters, place, uncertainty):
 
 
 def _is_two_sided(third, terms, a, sizes):
-    """Return True if runs from both sides are needed: V‴/V″ or a'/a are not small in units of the sizes."""
+    """Return True for points that need runs from both sides: V‴/V″ or a'/a is not small in units of the sizes.
+
+    `third` has the third derivatives of V and then the slopes of `a`; without any, all points need both sides.
+    """
     if not third:
         return np.ones(len(a), dtype=bool)
     m = a.shape[1]

@@ -60,7 +60,11 @@ class Structure:
 
 
 def read_structure(file: FileBytes) -> Structure:
-    """Return the structure of a file, without the values of its numbers."""
+    """Return the structure of a file, without the values of its numbers, as a child process reads it.
+
+    Raises:
+        MapError: if the child refuses the file, takes too long, or fails.
+    """
     _check_superblock(file)
     answer = sandbox.run_in_child(partial(_structure_or_refusal, file), file.size)
     if answer is None:

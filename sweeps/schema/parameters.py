@@ -111,7 +111,7 @@ class Range(Strict):
         return self
 
     def _comes_near_zero(self, min_magnitude: float) -> bool:
-        """Return whether a value between ends of both signs, ends apart, is 0, but for rounding, or below `least`."""
+        """Return True if a value strictly between ends of both signs is 0 up to rounding or below `min_magnitude`."""
         if self.num <= 2 or self.start * math.copysign(1.0, self.stop) > 0:
             return False
         step = (self.stop - self.start) / (self.num - 1)

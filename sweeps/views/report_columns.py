@@ -198,7 +198,7 @@ class Packed:
 
 
 def pack_column(column: PageColumn, bits: int = 53) -> Packed:
-    """Pack a column, its floats with `bits` bits of mantissa (53: unchanged)."""
+    """Pack a column as base64 of zlib of shuffled little-endian bytes; floats keep `bits` bits of mantissa."""
     values, exponent, digits = column.values, 0, 6
     if values.dtype.kind == "f" and bits < 53:
         values, exponent = _to_single(np.asarray(values, "f8"), bits)

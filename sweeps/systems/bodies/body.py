@@ -217,6 +217,7 @@ class BodiesDefinition(Definition):
         return Problem(("grid", name), value, reason, allowed or description_of(type(self.grid), name))
 
     def _moment_problems(self, name: str) -> Iterator[Problem]:
+        """Yield the problem of a moment that is missing in the grid, or in the grid although bodies are listed."""
         entry = getattr(self.grid, name)
         if self.bodies and entry is not None:
             yield self._grid_problem(name, "is given beside bodies", "moments in bodies or in grid, not both")

@@ -23,7 +23,9 @@ COORDINATE_SCALE = 32767  # number of 16 bits that represents the largest distan
 
 
 def simplify(vertices: np.ndarray, faces: np.ndarray, max_faces: int = MAX_FACES) -> tuple[np.ndarray, np.ndarray]:
-    """Return a surface simplified to at most `max_faces` faces; the surface itself if it has no more.
+    """Return a surface of at most `max_faces` faces: vertices within a cell of a lattice become their mean.
+
+    A surface with no more faces, and fewer than 2^16 vertices, is returned as it is.
 
     Args:
         vertices: coordinates, shape (n, 3).

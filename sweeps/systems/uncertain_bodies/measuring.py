@@ -261,7 +261,10 @@ class _Body:
 def _kernel_points(
     distribution: Distribution, moments, rotations, normals, spin: SpinSettings
 ) -> dict[str, np.ndarray]:
-    """Return points of the kernels: a perturbed spin along the body's own axis, in components along the draw's axes."""
+    """Return the kernels' points for drawn `moments`: spins drawn from `normals`, along the nominal body's axis.
+
+    `rotations`, (draws, 3, 3), turn nominal axes into each draw's own; None if axes are certain.
+    """
     rate, size, phase = distribution.draw_spins(normals, spin.omega0, spin.epsilon, spin.phase)
     if rotations is not None:
         a, b, c = spin.axis - 1, spin.axis % 3, (spin.axis + 1) % 3

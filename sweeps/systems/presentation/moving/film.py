@@ -25,7 +25,7 @@ MARKS = {"mass": {"marker": "o", "ms": 9}, "body": {"marker": "o", "ms": 4}}
 
 
 def frames(motion: "xr.Dataset", model: "Model") -> Iterator[np.ndarray]:
-    """Yield one frame, shape (height, width, 4), for each time of a motion that `sweeps.motion` returns."""
+    """Yield a frame, shape (height, width, 4), for each time of a motion: the moving picture, and curves with a dot."""
     times = motion["time"].values
     words = [*animation.format_parameters(model.system, motion), animation.frame_times(times[-1])[1]]
     figure = animation.empty_stage(INCHES, DOTS, model.system.title, ",  ".join(words), (11.0, 7.5))

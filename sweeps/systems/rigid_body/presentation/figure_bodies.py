@@ -67,7 +67,10 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 
 def _select_bodies(ds: xr.Dataset) -> xr.Dataset:
-    """Return at most `MAX_BODIES` bodies at the least epsilon and the middle omega0 and phase, over (body, axis)."""
+    """Return the drawn columns of at most `MAX_BODIES` bodies over (body, axis), with `rate` and `rate_theory` in s-1.
+
+    They are at the least epsilon and the middle omega0 and phase.
+    """
     names = ["omega_squared", "omega_squared_theory", "regime", "regime_theory", "triangle_margin", "growth_rate"]
     names += [name for name in ("flip_period",) if name in ds]
     body_index = {"body": spaced_indices(ds.sizes["body"], MAX_BODIES)}
