@@ -298,7 +298,7 @@ def test_a_spin_and_its_point_of_a_map_have_the_same_motion():
     ours = sweeps.motion([1.0, 2.0, 2.6], {"axis": 2, "omega0": 3.0, "epsilon": "10 %", "phase": 0.4}, "2 s")
     theirs = sweeps.motion(point, times=2.0)
     np.testing.assert_array_equal(ours.q3, theirs.q3)
-    assert ours.sizes == theirs.sizes
+    assert ours.sizes["time"] == theirs.sizes["time"]  # a body also has its principal axes
 
 
 @pytest.mark.parametrize(
