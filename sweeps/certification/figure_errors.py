@@ -34,7 +34,8 @@ def draw(ds: Dataset) -> Figure:
     curve.plot_wireframe(*sphere * semi_axes[:, None, None], color=colors.FAINT, lw=0.4)
     curve.plot(*omega.T, color=colors.STABLE)
     curve.plot(*omega[:1].T, "o", color=colors.INK, ms=4)
-    curve.set(xlabel="$\\omega_1$", ylabel="$\\omega_2$", zlabel="$\\omega_3$ (rad/s)")
-    curve.set_box_aspect(semi_axes / semi_axes.max(), zoom=0.85)
+    curve.set(xlabel="$\\omega_1$ (rad/s)", ylabel="$\\omega_2$", zlabel="$\\omega_3$")
+    curve.xaxis.labelpad = 8
+    curve.set_box_aspect(semi_axes / semi_axes.max(), zoom=0.7)
     curve.locator_params(nbins=3)
     return figure
