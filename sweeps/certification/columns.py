@@ -113,10 +113,14 @@ def _list(names: Mapping[int, str]) -> str:
     return cut_text(", ".join(dict.fromkeys(names.values())), 200)
 
 
+def _snake_case(name: str) -> str:
+    """Return a name in lower case, its words joined by _."""
+    return re.sub(r"\W+", "_", re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name).lower()).strip("_")
+
+
 def _plain(role: str, name: str) -> str:
     """Return a name in lower case, its words joined by _, without units."""
-    name = re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name)
-    name = re.sub(r"\W+", "_", name.lower()).strip("_")
+    name = _snake_case(name)
     unit = IN_NAMES.get(role, IN_NAMES["angles"])
     return unit.sub("", name) if role not in ("quaternion", "matrix") else name
 
@@ -195,8 +199,7 @@ def _factor(role: str, name: str, unit: str, choice: ColumnChoice) -> float:
     if role not in UNITS:
         return 1.0
     option = {"time": choice.time_unit, "rates": choice.rate_unit, "euler": choice.angle_unit}.get(role, "")
-    plain = re.sub(r"\W+", "_", re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name).lower()).strip("_")
-    unit_match = IN_NAMES.get(role, IN_NAMES["angles"]).search(plain)
+    unit_match = IN_NAMES.get(role, IN_NAMES["angles"]).search(_snake_case(name))
     text = option or unit or (unit_match[1] if unit_match else "")
     unit_text = text.partition(" since ")[0]
     for pattern, plain_unit in SPELLINGS:
@@ -213,7 +216,7 @@ def units_of_last_digits(rows: Sequence[Sequence[str]], places: Sequence[int]) -
     """Return a unit of the last digit of the entry with the most digits in each column; NaN for binary files.
 
     Digits are counted from the first that is not 0; among entries with as many, the largest unit counts. A column whose
-    entries are all equal (0.0) is printed like the others: the digit_units unit of all.
+    entries are all equal (0.0) is printed like the remaining columns: it has the finest unit of all.
     """
     digit_units = np.full(len(places), np.nan)
     is_constant = np.zeros(len(places), dtype=bool)

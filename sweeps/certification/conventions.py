@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sweeps.certification.reference import conjugate, rotate
+from sweeps.certification.reference import conjugate
+from sweeps.systems.motion import rotate_vectors
 
 DEGREES = 180.0 / np.pi
 
@@ -33,8 +34,8 @@ def readings(q: np.ndarray | None, w: np.ndarray | None, q_inertial: np.ndarray 
         yield Reading("degrees", "rates are in deg/s", q, w / DEGREES)
         yield Reading("degrees", "rates were divided by 57.2958", q, w * DEGREES)
     if q is not None and w is not None:
-        yield Reading("space_rates", "rates are along the axes of space", q, rotate(conjugate(q_inertial), w))
-        yield Reading("space_rates", "rates are along the axes of the file's frame", q, rotate(conjugate(q), w))
+        yield Reading("space_rates", "rates are along the axes of space", q, rotate_vectors(conjugate(q_inertial), w))
+        yield Reading("space_rates", "rates are along the axes of the file's frame", q, rotate_vectors(conjugate(q), w))
     yield from _axes(q, w)
 
 

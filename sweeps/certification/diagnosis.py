@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sweeps.certification import conventions, dynamics, fits
-from sweeps.certification.reference import BodyMotion, distance, errors, exact_motion, rotate
+from sweeps.certification.reference import BodyMotion, distance, exact_motion, largest_error
+from sweeps.systems.motion import rotate_vectors
 
 CONVENTION_ROWS = 200  # rows at which conventions are tried
 FEW_ROWS, ANGLE = 64, 0.2  # the same without rates, which are fitted; rad from row to row
@@ -105,7 +106,7 @@ def _conventions(judgement) -> list[Finding]:
     if len(equal_readings) > 1 and _is_steady(judgement.reference.w):
         words = ", ".join(finding.word for finding in equal_readings)
         return [*equal_readings, Finding("ambiguous", f"a spin as steady as this does not tell {words} apart")]
-    # in the order of readings: a quaternion with its scalar elsewhere is a quaternion of other axes, too
+    # the order of readings decides: a quaternion with its scalar elsewhere is also a quaternion of other axes
     return equal_readings[:1]
 
 
@@ -117,7 +118,7 @@ def _is_steady(w: np.ndarray) -> bool:
 def _worst(motion: BodyMotion) -> float:
     """Return the largest error of a motion against the exact one from its first row."""
     start = motion.start if motion.w is not None else _fitted_start(motion)
-    return max(float(each.max()) for each in errors(motion, exact_motion(motion, *start)) if each is not None)
+    return largest_error(motion, exact_motion(motion, *start))
 
 
 def _fitted_start(motion: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
@@ -304,8 +305,8 @@ def _drifts(motion: BodyMotion) -> Iterator[Finding]:
     L = motion.w * motion.moments
     twice_energy, size = np.einsum("ij,ij->i", motion.w, L), np.linalg.norm(L, axis=1)
     energy = float(np.abs(twice_energy / twice_energy[0] - 1).max())
-    L_change = (size - size[0])[:, None] if motion.q is None else rotate(motion.q, L) - rotate(motion.q[:1], L[:1])
-    momentum = float((np.linalg.norm(L_change, axis=1) / size[0]).max())
+    in_space = size[:, None] if motion.q is None else rotate_vectors(motion.q, L)
+    momentum = float((np.linalg.norm(in_space - in_space[0], axis=1) / size[0]).max())
     text = f"2T changes by {energy:.3g}, L by {momentum:.3g} of itself"
     yield Finding("energy_drift" if energy > ENERGY_SHARE * momentum else "momentum_drift", text)
 

@@ -16,7 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sweeps.certification.reference import BodyMotion, conjugate, multiply, rotate, rotation_vector
+from sweeps.certification.reference import BodyMotion, conjugate, rotation_vector
+from sweeps.systems.motion import multiply, rotate_vectors
 
 SEGMENTS = 300  # number of pairs of rows
 ANGLES = (0.03, 0.5, 3.0)  # rad from row to row: the first for which the defect exceeds rounding
@@ -48,7 +49,7 @@ def _torque_body(w, q, f, moments, p):
 
 
 def _torque_space(w, q, f, moments, p):
-    return f + rotate(conjugate(q), np.broadcast_to(p, w.shape)) / moments, w
+    return f + rotate_vectors(conjugate(q), np.broadcast_to(p, w.shape)) / moments, w
 
 
 def _dissipation(w, q, f, moments, p):

@@ -5,7 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sweeps.certification.reference import BodyMotion, conjugate, errors, exact_motion, multiply, rotation_vector
+from sweeps.certification.reference import (
+    BodyMotion,
+    conjugate,
+    errors,
+    exact_motion,
+    largest_error,
+    rotation_vector,
+)
+from sweeps.systems.motion import multiply
 
 FIRST_ROWS = 8  # rows of the first fit; each further one has twice as many, so that none is half a turn off
 FITTED_ROWS = 400  # number of rows in each fit but the last
@@ -38,7 +46,7 @@ class Fit:
 
     def worst(self, motion: BodyMotion) -> float:
         """Return the largest error of rows, of attitude (rad) or relative rates."""
-        return max(float(each.max()) for each in self.errors(motion) if each is not None)
+        return largest_error(motion, self.motion(motion))
 
     def with_parameters(self, x: np.ndarray, names: Sequence[str]) -> "Fit":
         """Return the fit with its parameters changed by x, in rad, in units of |w|, of 1/|w| and as logarithms."""

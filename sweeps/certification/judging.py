@@ -18,13 +18,12 @@ from sweeps.certification.reference import (
     errors,
     exact_motion,
     in_principal_axes,
-    rotate,
 )
 from sweeps.certification.trajectory import by_blocks
 from sweeps.schema.datasets import Dataset
 from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import parse_amount
-from sweeps.systems.motion import label_columns, time_axis
+from sweeps.systems.motion import label_columns, rotate_vectors, time_axis
 from sweeps.systems.rigid_body.system import SpunBody
 
 VERDICTS = ("pass", "fail", "ill_conditioned")
@@ -208,10 +207,10 @@ def _of_integrals(motion: BodyMotion) -> dict[str, float]:
         "period_error_relative": abs(last / period - 1) if np.isfinite([period, last]).all() else None,
     }
     if motion.q is not None:
-        first = rotate(motion.q[:1], motion.w[:1] * moments)[0] / size[0]
+        first = rotate_vectors(motion.q[:1], motion.w[:1] * moments)[0] / size[0]
 
         def momentum_angle(q: np.ndarray, w: np.ndarray) -> np.ndarray:
-            in_space = rotate(q, w * moments)
+            in_space = rotate_vectors(q, w * moments)
             return np.arctan2(np.linalg.norm(np.cross(in_space, first), axis=1), in_space @ first)
 
         values["momentum_direction_error_rad"] = float(by_blocks(momentum_angle, motion.q, motion.w).max())

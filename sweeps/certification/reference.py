@@ -14,25 +14,10 @@ from scipy.spatial.transform import Rotation
 from kernels.free import exact
 from sweeps.certification.trajectory import Trajectory, by_blocks
 from sweeps.schema.refusals import DefinitionError
+from sweeps.systems.motion import UNROTATED, multiply
 
 EARTH_RATE = 7.292115e-5  # rad/s, angular velocity of the Earth (WGS 84)
-IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 PERTURBED_ROWS = 10_000  # rows at which perturbed motions and fits are compared; of longer files evenly spaced ones
-
-
-def multiply(p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Return the products of quaternions, scalar first, (…, 4)."""
-    p0, p1, p2, p3 = np.moveaxis(p, -1, 0)
-    q0, q1, q2, q3 = np.moveaxis(q, -1, 0)
-    return np.stack(
-        [
-            p0 * q0 - p1 * q1 - p2 * q2 - p3 * q3,
-            p0 * q1 + p1 * q0 + p2 * q3 - p3 * q2,
-            p0 * q2 - p1 * q3 + p2 * q0 + p3 * q1,
-            p0 * q3 + p1 * q2 - p2 * q1 + p3 * q0,
-        ],
-        axis=-1,
-    )
 
 
 def conjugate(q: np.ndarray) -> np.ndarray:
@@ -53,12 +38,6 @@ def distance(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     return 2.0 * np.arctan2(
         np.sqrt(np.einsum("...i,...i->...", product[..., 1:], product[..., 1:])), np.abs(product[..., 0])
     )
-
-
-def rotate(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Return vectors in the body, (n, 3), in the axes of space."""
-    double_cross = 2.0 * np.cross(q[..., 1:], vectors)
-    return vectors + q[..., :1] * double_cross + np.cross(q[..., 1:], double_cross)
 
 
 @dataclass(frozen=True)
@@ -98,7 +77,7 @@ class BodyMotion:
     @property
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """Attitude and angular velocity of the first row."""
-        return IDENTITY if self.q is None else self.q[0], self.w[0]
+        return np.array(UNROTATED) if self.q is None else self.q[0], self.w[0]
 
     @cached_property
     def speed(self) -> float:
@@ -143,6 +122,11 @@ def errors(motion: BodyMotion, reference: BodyMotion) -> tuple[np.ndarray | None
         return attitude, None
     speed = np.linalg.norm(reference.w[0])
     return attitude, by_blocks(lambda w, exact_w: np.linalg.norm(w - exact_w, axis=1) / speed, motion.w, reference.w)
+
+
+def largest_error(motion: BodyMotion, reference: BodyMotion) -> float:
+    """Return the largest error of rows, of attitude (rad) or relative rates."""
+    return max(float(error.max()) for error in errors(motion, reference) if error is not None)
 
 
 def conditioning(motion: BodyMotion, start, attitude_offset: float, rate_offsets) -> tuple[float | None, float]:
