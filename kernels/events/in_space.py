@@ -221,7 +221,7 @@ def fill_columns(points, run, out):
             _unload(S, lane, abs(omega0[i]), out, i)
             moments, omega = _moments_and_omega(points, i)
             period, rate, sigma = tumbling.periods(*moments, *omega)
-            if elliptic_constants.constants(*moments, *omega)[5] == 1:  # of the spin axis about L
+            if elliptic_constants.constants(*moments, *omega)[5] == 1:  # the mean precession is that of the spin axis
                 out[3, i] = (rate + sigma * (2.0 * math.pi / period)) * abs(omega0[i])
             out[4, i] = tumbling.phase_residual(*moments, *omega)
 

@@ -415,7 +415,7 @@ def measured(points, rotations, samples_per_rotation, tolerance):
         ("momentum_", RAW.momentum_rate, RAW.momentum_stderr, RAW.momentum_ahead),
     ):
         name, rate, stderr = f"{prefix}precession_rate", raw[:, rate], raw[:, stderr]
-        is_rounding = np.abs(rate) <= np.fmax(5.0 * stderr, raw[:, RAW.floor])  # by scatter or rounding
+        is_rounding = np.abs(rate) <= np.fmax(5.0 * stderr, raw[:, RAW.floor])  # a rate below scatter and rounding is 0
         rates[prefix] = np.where(is_rounding, 0.0, rate)
         error = _error(raw, raw[:, ahead], rate, rates[prefix], stderr, intervals)
         columns |= {name: rates[prefix] * spin, f"{name}_stderr": stderr * spin, f"{name}_error": error * spin}

@@ -56,7 +56,7 @@ def distinct(points):
         key = (Ia / Ic, Ib / Ic, epsilon[i], phase[i], 1.0 if omega0[i] > 0.0 else -1.0)
         nth = EMPTY_SLOT
         if math.isfinite(key[0] + key[1] + key[2] + key[3] + omega0[i]):
-            # in most grids a point differs from the previous one only by its spin rate
+            # neighbouring points of a grid mostly differ by their spin rates only
             if last != EMPTY_SLOT and _is_same(keys, last, key):
                 nth = last
             else:

@@ -56,8 +56,8 @@ COLUMNS = (
 MEASURED = tuple(column.name for column in COLUMNS)
 FIRST_COLUMN = near_axis_block.ROWS  # row of the first column
 column = columns.numbers(MEASURED, FIRST_COLUMN, W)
-# Auxiliary rows: |omega0| or NaN (the input, s-1); dimensionless: the rates², the standard error, slopes by D, errors
-# of both rates², and the reduced rate with its error.
+# Auxiliary rows: |omega0| or NaN (the input, s-1). Dimensionless are the rates², the standard error, slopes by D, both
+# errors of a rate², and the reduced rate with its error.
 AUXILIARY = (
     "spin_rate",
     "rate2",

@@ -33,8 +33,8 @@ _NAMES = (  # rows of the scratch array, W long each
     *("Ia", "Ib", "Ic", "spin", "epsilon", "cosine", "sine", "spacing", "steps"),
     # the state, the coefficients of its steps, and the two samples before
     *("a", "b", "c", "ka", "kb", "kc", "b1", "c1", "b2", "c2"),
-    # the exact state, the coefficients of its step, and the square of its distance from the direct one, at the sample
-    # at which it is largest relative to the perturbation
+    # the exact state, the coefficients of its step, and the square of its distance from the direct one, taken from the
+    # sample with the largest distance relative to the perturbation
     *("xa", "xb", "xc", "qa", "qb", "qc", "distance2"),
     # the measurement: first guess and sums, sense of rotation, samples used, 1 if the window is open, sizes squared
     *("guess", "rx", "rr", "xx", "turning", "samples", "is_open", "start_size2", "max_size2"),
@@ -382,7 +382,7 @@ def _exact_sample(state, sums, constants):
     size = measure.dot(b, c, b, c)
     inside = (weight > 0.0) & (size <= max_size2) & (size >= min_size2)
     weight = 1.0 if inside else 0.0
-    ahead_b, ahead_c = b - b1, c - c1  # of the samples as they are rounded
+    ahead_b, ahead_c = b - b1, c - c1  # differences of rounded samples
     rb, rc = _residual(ahead_b, back_b, two_guess, b1), _residual(ahead_c, back_c, two_guess, c1)
     sum_rx += measure.dot(rb, rc, b1, c1) if inside else 0.0
     sum_rr += measure.dot(rb, rc, rb, rc) if inside else 0.0

@@ -188,7 +188,7 @@ def wrap_text(text: str, width: float, letters: float = SUBTITLE_LETTERS) -> str
         letters: average number of letters per inch.
     """
     max_letters = int((width - 0.24) * letters)
-    unbroken = VALUE.sub(lambda value: value[0].replace(" ", "\u00a0"), text)  # at which textwrap breaks no line
+    unbroken = VALUE.sub(lambda value: value[0].replace(" ", "\u00a0"), text)  # textwrap does not break lines there
     lines = (textwrap.wrap(line, max_letters) or [""] for line in unbroken.split("\n"))
     return "\n".join(line for paragraph in lines for line in paragraph)
 

@@ -97,7 +97,7 @@ def _parse_mesh(file: FileBytes):
                 file.seek(0)
             if kind in TABLES:
                 vertices, faces = _parse_table(file.read())
-            else:  # of a stream, without a path: textures and materials that the file names are not looked for
+            else:  # a stream has no path, so trimesh opens no texture or material that the file names
                 mesh = trimesh.load_mesh(file, file_type=kind[1:], skip_materials=True, process=False)
                 vertices, faces = np.array(mesh.vertices, "f8"), np.array(mesh.faces, "i8")
             vertices, faces = _join_equal(vertices, faces)

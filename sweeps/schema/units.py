@@ -77,7 +77,7 @@ def unit_list(target: str) -> str:
 
 def _convert_amount(amount: Fraction, unit: str, target: str) -> float | None:
     """Return an amount in another unit, None if the units do not fit; powers of π exactly."""
-    is_target = not unit or unit.strip() == target  # of a unit that is not known here, too
+    is_target = not unit or unit.strip() == target  # an unknown unit may be its own target
     source, target_unit = (_parse_unit("1"),) * 2 if is_target else (_parse_unit(unit), _parse_unit(target))
     if source is None or target_unit is None:
         return None

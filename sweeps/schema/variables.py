@@ -59,12 +59,12 @@ class Variable:
 
     @property
     def deflated(self) -> bool:
-        """Whether the variable is deflated in a file; the digits of doubles do not compress, and are stored raw."""
+        """True if the variable is deflated in a file; the digits of doubles do not compress, and are stored raw."""
         return self.sparse or self.dtype != "f8"
 
     @property
     def missing_is_nan(self) -> bool:
-        """Whether the variable is a floating-point number, so that NaN can mark a missing value."""
+        """True if the variable is a floating-point number, so that NaN can mark a missing value."""
         return np.dtype(self.dtype).kind == "f"
 
     @property
