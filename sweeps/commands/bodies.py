@@ -33,6 +33,10 @@ The moments of a tensor or a mesh come out ascending, with their principal axes 
 the mesh; --moments and --ratios keep the order given. Off-diagonal entries of a tensor are minus the products of
 inertia. --json prints SI units, angles (max_tilt) in rad, as in maps.
 
+The answer begins with the verdict on one spin: stable (with dissipation too), stable_without_loss, unstable, marginal
+or uncertain, and with its margin, the smallest relative change of one moment that changes it. The judged axis is that
+of --axis, the one nearest to --omega, that of the usual spin of a listed body, or else the axis of greatest inertia.
+
 --omega is in the coordinates of the tensor or the mesh, or about axes 1, 2, 3 of --moments and --ratios. The answer is
 the mode (short-axis mode: the polhode encircles the axis of greatest inertia; long-axis mode: of least inertia), the
 largest tilts of angular velocity and momentum from that axis, and the periods P_psi and P_phi of `polhode tumbler`.

@@ -108,11 +108,11 @@ def _right_handed(rows: np.ndarray) -> tuple[tuple[float, float, float], ...]:
     return tuple(tuple(row) for row in axes.tolist())
 
 
-def describe_axis(row: tuple[float, float, float]) -> str:
-    """Return a direction: "x", "−z" along a coordinate axis, else its three components."""
+def describe_axis(row: tuple[float, float, float], plus: str = "") -> str:
+    """Return a direction: "x", "−z" along a coordinate axis (with `plus` before x), else its three components."""
     for value, name in zip(row, "xyz", strict=True):
         if abs(value) > 1 - 1e-12:
-            return name if value > 0 else f"−{name}"
+            return f"{plus}{name}" if value > 0 else f"−{name}"
     return "(" + ", ".join(f"{value:.6f}".replace("-", "−") for value in row) + ")"
 
 

@@ -18,7 +18,7 @@ from kernels.events import tumbling, twist
 from kernels.free import exact, linear
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, display, match_name
-from sweeps.systems.bodies import shapes
+from sweeps.systems.bodies import body_files, shapes
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.inertia import axis_lines
 from sweeps.systems.bodies.variables import MOMENTS, VERDICTS
@@ -209,12 +209,13 @@ def body_of(body: object, source: object, spin: Mapping[str, object], load: Call
     """Return a body, and its spin rate and perturbation: as given, else the body's, else the defaults.
 
     Args:
-        body: a name, or part of a name, of a body in the definition `source`; or a body's mapping as in a definition,
-            three moments, or a tensor of inertia.
+        body: a name, or part of a name, of a body in the definition `source`; a file of one body; or a body's mapping
+            as in a definition, three moments, or a tensor of inertia.
         source: a path, or the name of a shipped definition.
         spin: omega0, epsilon and phase, each None if not given.
         load: makes a definition of a mapping, a path or a name.
     """
+    body = body_files.only_entry(body)
     if isinstance(body, str):
         bodies = bodies_by_name(load(source), source)
         chosen_body = bodies[match_name(body, list(bodies), "body", DefinitionError)]

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from sweeps.process import machine
 from sweeps.schema.refusals import DefinitionError
+from sweeps.systems.bodies import body_files
 from sweeps.systems.bodies.body import body_entry
-from sweeps.systems.rigid_body import rotation_mode, spin_outcomes
+from sweeps.systems.rigid_body import rotation_mode, spin_outcomes, verdict
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -27,9 +28,11 @@ class BodyAnswer:
 
     name: str  #: the body's name
     facts: dict[str, Any]  #: all numbers, in SI units, angles in rad; `facts["axes"]` has a mapping for each spin axis
-    _lines: list[str] = field(repr=False)  #: text on the body and its spin
-    _outcomes: list[tuple[str, str]] = field(repr=False)  #: (spin axis, outcome) in words
-    _observations: list[str] = field(repr=False)  #: observed period and note of a listed body
+    sentence: str = field(repr=False)  #: the verdict on the judged spin in words; "" of several bodies
+    #: tables of (subject, outcome) in words by the heading of the subjects, that of the judged spin first
+    tables: list[tuple[str, list[tuple[str, str]]]] = field(default_factory=list, repr=False)
+    paragraphs: list[list[str]] = field(default_factory=list, repr=False)  #: lines on the body, its spin, observations
+    answers: "list[BodyAnswer]" = field(default_factory=list, repr=False)  #: of a file of several bodies, one for each
     _sampled: "Answer | None" = field(default=None, repr=False)
 
     def __str__(self) -> str:
@@ -40,16 +43,28 @@ class BodyAnswer:
         return text.getvalue().rstrip()
 
     def show(self, console: "Console") -> None:
-        """Print the answer: the outcome of each spin, then the body and its spin."""
+        """Print the answer: the verdict, the outcome of the judged spin, further outcomes, then the body and its spin.
+
+        Of several bodies, print all verdicts, then each answer.
+        """
         from sweeps.figure.printing import table
 
+        if self.answers:
+            console.print(*(f"{each.name}: {each.sentence}" for each in self.answers), sep="\n")
+        for each in self.answers:
+            console.print()
+            each.show(console)
+        if self.answers:
+            return
         console.print(self.name, style="bold")
-        outcome_table = table("spin about", "outcome")
-        for row in self._outcomes:
-            outcome_table.add_row(*row)
-        console.print(outcome_table)
-        for lines in (self._lines, self._observations):
-            console.print(*["", *lines] if lines else [], sep="\n", end="\n" if lines else "")
+        console.print(self.sentence)
+        for heading, rows in self.tables:
+            outcome_table = table(heading, "outcome")
+            for row in rows:
+                outcome_table.add_row(*row)
+            console.print("", outcome_table, sep="\n")
+        for lines in self.paragraphs:
+            console.print("", *lines, sep="\n")
 
     def savefig(self, path: str | Path) -> None:
         """Draw the sampled bodies on the triangle of inertia (PNG)."""
@@ -70,7 +85,7 @@ class BodyAnswer:
 def answer(
     body: object, axis: object, twist: bool, source: object, setting: Mapping[str, object], load: Callable
 ) -> BodyAnswer:
-    """Return the answer for one body; see `sweeps.body`.
+    """Return the answer for one body, or for each body of a file; see `sweeps.body`.
 
     Args:
         body: the body, as for `sweeps.body`.
@@ -83,43 +98,68 @@ def answer(
     if unknown := sorted(set(setting) - {*SPIN, *SAMPLING, "uncertainty", "omega"}):
         allowed = ", ".join(("axis", "twist", "definition", *SPIN, "omega", "uncertainty", *SAMPLING))
         raise DefinitionError(f"body: {unknown[0]} is unknown; allowed: {allowed}")
-    options = dict.fromkeys((*SPIN, *SAMPLING, "uncertainty")) | dict(setting)
-    if (omega := options.pop("omega", None)) is not None:
-        return _answer_for_omega(body, omega, source, options | {"axis": axis, "twist": twist or None}, load)
-    is_sampled = options["uncertainty"] is not None
-    if not is_sampled and (extra_options := [name for name in SAMPLING if options[name] is not None]):
-        raise DefinitionError(f"body: {', '.join(extra_options)}: given without uncertainty; allowed: both, or neither")
-    nominal, spin = spin_outcomes.body_of(body, source, options, load)
-    axes = spin_outcomes.axes_of(axis)
-    facts, lines, rows, observations = spin_outcomes.predict_body(nominal, spin, axes, twist)
-    if not is_sampled:
-        return BodyAnswer(nominal.name, facts, lines, rows, observations)
+    options = dict.fromkeys((*SPIN, *SAMPLING, "uncertainty", "omega")) | dict(setting)
+    options |= {"axis": axis, "twist": twist or None}
+    file_bodies = body_files.find_bodies(body) or [body_files.FileBody("", body)]
+    answers = [_answer_one(each, source, options, load) for each in file_bodies]
+    if len(answers) == 1:
+        return answers[0]
+    return BodyAnswer(str(body), {"bodies": {each.name: each.facts for each in answers}}, "", answers=answers)
+
+
+def _answer_one(file_body: body_files.FileBody, source: object, options: Mapping[str, Any], load) -> BodyAnswer:
+    """Return the answer for one body with `options`: spin, axis, omega, twist, uncertainty and sampling, or None each.
+
+    With omega, an angular velocity in any direction, spins of this size about each axis are predicted, and the answer
+    has the rotation's mode, tilts and periods under `facts["rotation"]`.
+    """
+    body, omega = file_body.entry, options["omega"]
+    if omega is not None:
+        if extra_options := [n for n in options if n not in ("epsilon", "phase", "omega") and options[n] is not None]:
+            reason = f"is given beside {extra_options[0]}"
+            raise DefinitionError(f"body: omega: {reason}; allowed: one of them")
+        omega = rotation_mode.parse_omega(omega)
+    elif options["axis"] is None:
+        omega = file_body.omega
+    spin_options = dict(options)
+    if omega is not None and spin_options["omega0"] is None:
+        spin_options["omega0"] = math.hypot(*omega)
+    nominal, spin = spin_outcomes.body_of(body, source, spin_options, load)
+    axes = spin_outcomes.axes_of(options["axis"])
+    judged_axis = verdict.choose_axis(nominal, options["axis"], omega)
+    judged = verdict.judge_spin(nominal, *judged_axis, omega)
+    facts, lines, rows, observations = spin_outcomes.predict_body(nominal, spin, axes, bool(options["twist"]))
+    facts |= file_body.facts | {"verdict": judged.facts}
+    about = dict(zip(axes, rows, strict=True))
+    tables = [("judged spin", [about.pop(judged.axis)])]
+    if options["omega"] is not None:
+        rotation = rotation_mode.predict_rotation(nominal, omega)
+        facts["rotation"] = rotation.facts
+        tables[0][1].append(rotation_mode.describe_rotation(rotation))
+    sample = _sample(nominal, body, spin, options | {"axes": axes}, load)
+    if sample is not None:
+        from sweeps.systems.uncertain_bodies import sampled_body
+
+        sample_facts = sampled_body.collect_facts(sample)
+        axis_facts = [spin | sample_facts["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
+        facts |= sample_facts | {"axes": axis_facts}
+        tables.append(("sampled spins", sampled_body.outcome_rows(sample)))
+        lines += sampled_body.sampling_lines(sample)
+    tables += [("other spins", list(about.values()))] if about else []
+    paragraphs = [each for each in ([*lines, *file_body.lines], observations) if each]
+    return BodyAnswer(nominal.name, facts, judged.sentence, tables, paragraphs, _sampled=sample)
+
+
+def _sample(nominal, body: object, spin: Mapping[str, float], options: Mapping[str, Any], load) -> "Answer | None":
+    """Return the sampled and measured body if an uncertainty is given; refuse options of the sampling without one."""
+    if options["uncertainty"] is None:
+        if extra_options := [name for name in SAMPLING if options[name] is not None]:
+            allowed = "both, or neither"
+            raise DefinitionError(f"body: {', '.join(extra_options)}: given without uncertainty; allowed: {allowed}")
+        return None
     from sweeps.systems.uncertain_bodies import sampled_body
 
     entry = sampled_body.entry_of(nominal) if isinstance(body, str) else {"name": nominal.name} | body_entry(body)
-    definition = sampled_body.make_definition(entry, options | {"axes": axes, "twist": twist or None}, spin, load)
+    definition = sampled_body.make_definition(entry, options, spin, load)
     machine.keep_freed_memory()
-    sample = sampled_body.measure_body(definition, machine.num_processors())
-    sample_facts = sampled_body.collect_facts(sample)
-    axis_facts = [spin | sample_facts["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
-    rows = [*sampled_body.outcome_rows(sample), *((f"{name}, nominal", text) for name, text in rows)]
-    lines = [*lines, *sampled_body.sampling_lines(sample)]
-    return BodyAnswer(nominal.name, facts | sample_facts | {"axes": axis_facts}, lines, rows, observations, sample)
-
-
-def _answer_for_omega(body: object, omega: object, source: object, options: Mapping[str, object], load) -> BodyAnswer:
-    """Return the answer for an angular velocity in any direction, and for spins of this size about each axis.
-
-    The answer has the rotation's mode, tilts and periods under `facts["rotation"]`, and as its first outcome. An
-    option other than epsilon and phase is refused.
-    """
-    if extra_options := [name for name in options if name not in ("epsilon", "phase") and options[name] is not None]:
-        reason = f"is given beside {extra_options[0]}"
-        raise DefinitionError(f"body: omega: {reason}; allowed: one of them")
-    omega = rotation_mode.parse_omega(omega)
-    options = dict(options) | {"omega0": math.hypot(*omega)}
-    nominal, spin = spin_outcomes.body_of(body, source, options, load)
-    rotation = rotation_mode.predict_rotation(nominal, omega)
-    facts, lines, rows, observations = spin_outcomes.predict_body(nominal, spin)
-    rows = [rotation_mode.describe_rotation(rotation), *rows]
-    return BodyAnswer(nominal.name, facts | {"rotation": rotation.facts}, lines, rows, observations)
+    return sampled_body.measure_body(definition, machine.num_processors())
