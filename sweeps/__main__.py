@@ -196,6 +196,7 @@ def _hooks(interrupts: list) -> Iterator[None]:
 
 
 def _run_command(args: Namespace) -> int:
+    """Run a command and return its exit status; print a refusal as one message."""
     from sweeps.schema.refusals import RefusedError
 
     try:

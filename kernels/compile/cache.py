@@ -60,6 +60,7 @@ def _bases(setting: str, user: Path) -> list[Path]:
 
 @cache
 def _folder(setting: str, user: Path, checkout: Path) -> Path:
+    """Return the first folder of :func:`_bases` that can be made and is the user's alone, else a temporary one."""
     name = f"{machine()[:16]}-{hashlib.sha256(str(checkout).encode()).hexdigest()[:8]}"
     bases = _bases(setting, user)
     for base in bases:

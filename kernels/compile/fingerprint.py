@@ -143,6 +143,7 @@ def _read(path: Path) -> tuple[bytes, frozenset[str]]:
 
 @cache
 def _content(path: Path, _date: int, _size: int) -> tuple[bytes, frozenset[str]]:
+    """Return a file's content and the names it imports from ``kernels``, kept per date of change and size."""
     content, names = path.read_bytes(), set()
     package = path.relative_to(_package_folder().parent).parts[:-1] if _package_folder() in path.parents else ()
     for node in _imports(content.decode("utf-8")):

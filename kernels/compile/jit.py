@@ -64,6 +64,7 @@ def njit(*signature: Any, name: str = "", **options: Any) -> Any:
     """
 
     def compiled(function):
+        """Return the dispatcher of a function, or the function itself if kernels are plain."""
         if name:
             function.__name__ = function.__qualname__ = name
         elif function.__closure__:

@@ -77,6 +77,8 @@ def _register_formula(function, definition):
 
     @type_callable(function)
     def find_type(_):
+        """Return the function by which Numba infers a call's type: doubles, truth values and tuples of doubles."""
+
         def result_type(*kinds):
             doubles = [as_double_type(kind) for kind in kinds]
             return None if None in doubles else result(*doubles)
@@ -86,6 +88,7 @@ def _register_formula(function, definition):
 
     @lower_builtin(function, types.VarArg(types.Any))
     def generate_code(context, builder, kind, values):
+        """Return the LLVM value of a call, its statements written in place."""
         from numba.core import cgutils
 
         pairs = zip(kind.args, values, strict=True)
@@ -127,6 +130,8 @@ def lines(text: str) -> Callable:
 
     @intrinsic
     def write_lines(_, S):
+        """Return the type of a call with the array S, and the function that generates its code."""
+
         def generate_code(context, builder, signature, arguments):
             from numba.core import cgutils
 
@@ -182,6 +187,7 @@ class _Writer:
                 self._assign(target, value)
 
     def _assign(self, target, value):
+        """Store a value under a name, under each name of a tuple, or at S[row + lane]."""
         if isinstance(target, ast.Tuple):
             for element, item in zip(target.elts, value, strict=True):
                 self._assign(element, item)
@@ -191,6 +197,7 @@ class _Writer:
             self.builder.store(value, self._place(target))
 
     def _value(self, e):
+        """Return the LLVM value of an expression; one without variables becomes a constant."""
         if isinstance(e, ast.Tuple):
             return [self._value(item) for item in e.elts]
         if not any(
@@ -208,6 +215,7 @@ class _Writer:
         return self.variables[e.id]
 
     def _binop(self, e):
+        """Return the value of a sum, product or quotient; a b + c is one call, which LLVM may fuse."""
         if isinstance(e.op, ast.Add | ast.Sub):
             for product, summand in ((e.right, e.left), (e.left, e.right)):
                 if isinstance(product, ast.BinOp) and isinstance(product.op, ast.Mult):
@@ -235,6 +243,7 @@ class _Writer:
         return self.builder.select(test, if_true, if_false)
 
     def _call(self, e):
+        """Return the value of a call of min, max, a function of FUNCTIONS, or another formula."""
         function = _evaluate_name(e.func, self.scope)
         values = []
         for argument in e.args:
@@ -260,6 +269,7 @@ class _Writer:
         return self.builder.gep(self.data, [self.builder.add(self.long(e.slice.left.value), self.lane)])
 
     def _intrinsic(self, name, *values):
+        """Return the value of a function of LLVM's own, of doubles."""
         from llvmlite import ir
         from numba.core import cgutils
 

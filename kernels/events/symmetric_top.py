@@ -275,9 +275,10 @@ def _sample_state(S):
 
 @njit(**OPTIONS)
 def _rate(M, lane, intervals):
-    """Return a motion's rate a sample, its standard error, and the standard deviation of the angle it is ahead.
+    """Return a motion's rate in rad a sample, its standard error, and the spread of its lead over the exact rotation.
 
-    The rate is the least-squares slope of first k + y_k against k = 0 … intervals.
+    The rate is the least-squares slope of first k + y_k against k = 0 … intervals, from the lane's sums. The spread,
+    in rad, has sums of its own: it is the standard deviation of the angle by which a sample is ahead of the exact one.
     """
     n = intervals + 1.0
     sum_xx = n * (n * n - 1.0) / 12.0

@@ -44,6 +44,7 @@ def perron_roots(matrices):
 
 @np.errstate(all="ignore")
 def _perron_roots(G):
+    """Return the roots of matrices of shape (n, n, points), by repeated squaring."""
     power, largest = _over_largest(G)
     logarithm = np.log(largest)
     for _ in range(ROOT_SQUARINGS):

@@ -154,25 +154,25 @@ def _write_samples(rows, S, terms, step, low, share, times, number, next_sample,
 
 
 @njit(**INNER)
-def _load_run(path, run, S, low, size, lane):
-    """Copy a run to a lane."""
+def _load_run(path, run, S, low, sizes, lane):
+    """Copy a run's states and step, their low parts, and the sizes of the states from the path's tables to a lane."""
     for row in range(path.table.shape[1]):
         S[row, lane] = path.table[run, row]
     for row in range(path.remainder.shape[1]):
         low[row, lane] = path.remainder[run, row]
     for row in range(path.size.shape[1]):
-        size[row, lane] = path.size[run, row]
+        sizes[row, lane] = path.size[run, row]
 
 
 @njit(**INNER)
-def _store_run(path, run, S, low, size, lane):
-    """Copy a lane to its run."""
+def _store_run(path, run, S, low, sizes, lane):
+    """Copy a lane's states and step, their low parts, and the sizes of the states to its run in the path's tables."""
     for row in range(path.table.shape[1]):
         path.table[run, row] = S[row, lane]
     for row in range(path.remainder.shape[1]):
         path.remainder[run, row] = low[row, lane]
     for row in range(path.size.shape[1]):
-        path.size[run, row] = size[row, lane]
+        path.size[run, row] = sizes[row, lane]
 
 
 @njit(void(EXPAND, PATH, float64[:, ::1], float64, int64, float64[:, :, ::1]), nogil=True, **OPTIONS)

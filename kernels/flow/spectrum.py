@@ -248,7 +248,10 @@ def sum_normal_equations(Y, weight, M, X0, runs, count, n, by_x, squares):
 
 @njit(void(LANES, LANES, *3 * (int64,), *3 * (ROWS,), float64, int64, LANES), **OPTIONS)
 def fit_block(Y, weight, runs, count, n, spacing, floor, matrix_error, factor, lanes, raw):
-    """Measure the lanes of a block.
+    """Fit the matrix M of the flow over one sample, and each run's start X0, to all samples of the lanes of a block.
+
+    x_k = M^k X0 is fitted by at most MAX_STEPS Gauss–Newton steps; `M` then gives eigenvalues and invariants. A lane
+    whose samples hardly depend on some entry of M (excitation below MIN_EXCITATION) has NaN.
 
     Args:
         `Y` (numpy.ndarray, shape (runs count n, W)): Sample k of run r, state i in row (r count + k) n + i.

@@ -137,6 +137,7 @@ def compile_step(m, n, entries):
 
     @njit(STEP_TYPE, name=name, **PASSED)
     def by_loops(S, nothing, number):
+        """Find the stages from their linear equations in every lane, and write the step's matrix after the slopes."""
         whole_vectors()
         s, A, f = S.reshape(S.size // W, W), rows_of((size + n) * size), rows_of(1)[0]
         B, flat = A[size * size :], A.reshape(A.size)  # B: the columns of the states

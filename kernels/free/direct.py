@@ -110,7 +110,9 @@ def is_nearest(x, size, samples, tolerance):
 def choose_steps(x, size, coefficients, samples, tolerance):
     """Return the step with the least work within the tolerance: its number in `taylor.STEPS`, and steps per sample.
 
-    At most MAX_STEPS; if these are too few, the certificate shows it.
+    Order i has three steps: 3 i with all terms, 3 i + 1 (near) and 3 i + 2 (nearest), cheaper ones for short steps and
+    small perturbations, with fewer of the spin's higher terms. At most MAX_STEPS; if these are too few, the certificate
+    shows it.
 
     Args:
         `x` (float): max|c_i| times the sample spacing in radians of spin.

@@ -134,6 +134,7 @@ def fill_columns(points, cosine, sine, reals, kinds):
 
 @njit(**INLINE)
 def _regime(a, b, c):
+    """Return the regime of a spin about the axis with moment a, from the order of the moments alone."""
     stable = STABLE_MINOR if a < b else STABLE_MAJOR
     kind = UNSTABLE if (a < b) != (a < c) else stable
     equal = SPHERE if b == c else MARGINAL
@@ -142,6 +143,7 @@ def _regime(a, b, c):
 
 @njit(**INLINE)
 def _growing_fraction(cb, cc, omega, cosine, sine):
+    """Return the growing mode's share of the start's quadratic form |cc| x² + |cb| y²; 0 if nothing grows."""
     unstable = ((cb > 0.0) & (cc > 0.0)) | ((cb < 0.0) & (cc < 0.0))
     # x and y each times sqrt(|c_b c_c|): no division, so nothing to guard
     x, y = cosine * math.sqrt(abs(cc)), sine * math.sqrt(abs(cb))

@@ -327,6 +327,7 @@ def _fill_no_log_slope(S):
 
 @njit(**INNER)
 def _fill_drifts(S):
+    """Write the relative drifts of energy, of L² and of the perturbation's invariant J."""
     whole_vectors()
     for lane in range(W):
         S[column.energy_drift + lane] = S[row.E_change + lane] / S[row.E + lane]

@@ -148,6 +148,7 @@ def _advance_by(step):
 
     @njit(name=f"advance_{step.__name__}", **OPTIONS)
     def advance_lanes(S, steps):
+        """Advance every lane by `steps` steps."""
         whole_vectors()
         for _ in range(steps):
             for lane in range(W):
@@ -165,6 +166,7 @@ _taylor_8, _near_8, _nearest_8, _taylor_10, _near_10, _nearest_10, _taylor_12, _
 
 @njit(**INNER)
 def _advance_exact(S):
+    """Advance every lane by one step of the closed form."""
     whole_vectors()
     for lane in range(W):
         constants = S[row.qa + lane], S[row.qb + lane], S[row.qc + lane]
@@ -174,6 +176,7 @@ def _advance_exact(S):
 
 @njit(**INNER)
 def _advance_recurrence(S):
+    """Advance every lane by one step of the recurrence that the exact solution obeys."""
     whole_vectors()
     for lane in range(W):
         a, b = S[row.a + lane] + S[row.da + lane], S[row.b + lane] + S[row.db + lane]
@@ -305,14 +308,19 @@ def _reduced_residual(r, along, across, x, x1, x2):
 
 
 def _add_sample_with(reduced):
-    """Return a function that adds a sample, for one order of the reduction, known when it is compiled.
+    """Return a function that adds every lane's sample x_k to the sums, for one order of the reduction.
 
-    Rows that are not read with this order are not written.
+    The reduction takes the effect of a finite amplitude out of the samples (:mod:`kernels.estimator.reduction`); its
+    order is known when the function is compiled, and rows that are not read with it are not written. The sums are those
+    of the least-squares fit of x_k + x_(k-2) = 2 d x_(k-1): products of the residual with x_(k-1) and with itself (rx,
+    rr), of x_(k-1) with itself (xx), and the same of the reduced residual (sx, ss, sw). A lane's window closes, and
+    its samples count no more, once the perturbation has grown or shrunk too far, or the spin has wandered too far.
     """
     is_reduced, is_full = reduced != NO_REDUCTION, reduced == FULL_REDUCTION
 
     @njit(name=f"sample_{reduced}", **OPTIONS)
     def add_sample(S, triple):
+        """Add a sample, with `triple` also the residual of the three last; return True if a window is open."""
         whole_vectors()
         num_open = 0  # a whole number: its or-reduction stays packed
         for lane in range(W):
@@ -398,6 +406,7 @@ def _exact_samples_of(count):
 
     @njit(name=f"exact_samples_{count}", **OPTIONS)
     def samples(S):
+        """Advance and measure every lane by the factory's number of samples; return True if a window is open."""
         whole_vectors()
         num_open = 0
         for lane in range(W):

@@ -79,9 +79,12 @@ def _write_tile(T, values):
 
 @njit(nogil=True, **OPTIONS)
 def _plan_points(T, axis, spacing, intervals, plan):
-    """Write moments in lanes' order, sample spacing (radians of spin), bound on the rates, and the plan of exact steps.
+    """Write a tile's scaled moments, sample spacing (radians of spin), bound on the rates and plan of exact steps.
 
-    No branch is left in the loop, which is packed.
+    Moments become those of the axes a (the spin's), b, c, divided by a power of two. The rate becomes its absolute
+    value, NaN if it is 0 or not finite; its sign goes to `spin`. Columns of the plan: the level of growth, by which
+    points are sorted into blocks; the order of the amplitude's reduction; the kind of step; steps per sample. No branch
+    is left in the loop, which is packed.
     """
     growth, depth, step, steps = plan
     for i in range(axis.size):

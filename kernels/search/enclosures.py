@@ -215,6 +215,7 @@ def _cosh_range(a, b):
 
 @njit(WITH_SLOPE(*4 * (float64,)), **INNER)
 def _power_range(a, b, p, q):
+    """Enclose x^y and its slope y x^(y-1) for x in [a, b] and y in [p, q]."""
     state = REGULAR
     if b < 0.0 or (b == 0.0 and p < 0.0):
         return -INF, INF, -INF, INF, OUTSIDE

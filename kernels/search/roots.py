@@ -362,13 +362,13 @@ def _classify_box(F, box, at_min_width, only_excludes):
     if state == OUTSIDE:
         return NO_ZERO
     if _range_kind(box.values) == MAY_UNDERFLOW:
-        return OVERFLOW
+        return OVERFLOW  # one code for every value beyond the range of doubles
     if state == POLE:
         return CONTAINS_POLE
     if state == INFINITE_STATE:
         if _range_kind(box.at_point) == INFINITE:
             is_infinite = True
-            for end in (box.ends[A], box.ends[B]):
+            for end in (box.ends[A], box.ends[B]):  # its lowest and its highest corner
                 enclose(F, end, end, 0, box.rows, box.at_point)
                 is_infinite &= _range_kind(box.at_point) == INFINITE
             if is_infinite:
@@ -379,6 +379,7 @@ def _classify_box(F, box, at_min_width, only_excludes):
     outcome = _cut_by_operator(box)
     if outcome in (INSIDE, DISJOINT):
         return UNIQUE_ZERO if outcome == INSIDE else NO_ZERO
+    # a search that only excludes zeros ends as soon as the error of F moves a zero by more than the box
     at_rounding = outcome == SHIFT_EXCEEDS_BOX if only_excludes else _is_rounding_limited(box)
     return ROUNDING_LIMITED if at_rounding else AT_MIN_WIDTH if at_min_width else SPLIT
 

@@ -20,6 +20,7 @@ within some roundings of the place contains 0.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
@@ -56,6 +57,19 @@ CELL_BITS = 7  # points are excluded together if their parameters agree in this 
 SHARED_WIDTH = 2.0**-12  # width, relative to the range, of the boxes that shared searches leave undecided
 MAX_SHARED_N = 3  # searches of more unknowns are not shared: they would leave too many boxes
 SHARED_WORK_FACTOR = 3  # boxes of a shared search, relative to those of one point
+
+
+class NewtonZeros(NamedTuple):
+    """Zeros of F that Newton's method found from undecided boxes; the first axis of each array counts them."""
+
+    owner: np.ndarray  #: index of each zero's point
+    place: np.ndarray  #: coordinates or states, shape (zeros, n)
+    is_unique: np.ndarray  #: True if a box about the zero was proved to contain no second one
+    half_width: np.ndarray  #: of the narrowest such box, shape (zeros, n)
+    low: np.ndarray  #: lower ends of the widest such box, shape (zeros, n)
+    high: np.ndarray  #: its upper ends
+    dimension: np.ndarray  #: dimension of the family of zeros that this one is a member of; 0 if it is none
+    direction: np.ndarray  #: tangent of the family, shape (zeros, n)
 
 
 @dataclass(frozen=True)
@@ -527,52 +541,71 @@ class EquilibriumSearch:
             setattr(self, name, np.concatenate([getattr(self, name), values[is_within]]))
 
     def _decide_boxes(self, owner, kind, low, high):
-        """Search undecided boxes by Newton's method; add its roots, and record why the boxes are undecided."""
+        """Search undecided boxes by Newton's method, add the zeros found, and record why boxes remain undecided.
+
+        A zero is alone in a box about it, or a member of a family of zeros, or that of a cluster of undecided boxes.
+        """
+        zeros = self._newton_zeros(owner, kind, low, high)
+        owner_order, new_zeros = np.argsort(self.owner, kind="stable"), []
+        owners_in_order = self.owner[owner_order]
+        for point in np.unique(owner):
+            rows = slice(*np.searchsorted(owner, [point, point + 1]))
+            known_zeros = owner_order[slice(*np.searchsorted(owners_in_order, [point, point + 1]))]
+            zero_rows = slice(*np.searchsorted(zeros.owner, [point, point + 1]))
+            point_zeros = NewtonZeros(*(values[zero_rows] for values in zeros))
+            new_zeros += self._decide_point(point, (low[rows], high[rows], kind[rows]), point_zeros, known_zeros)
+        if new_zeros:
+            self._add_zeros(*(np.array(x) for x in zip(*new_zeros, strict=True)))
+
+    def _newton_zeros(self, owner, kind, low, high):
+        """Return the :class:`NewtonZeros` of points, in their order, zeros that are alone in a box first."""
         start_owner, starts = self._start_places(owner, kind, low, high)
         place = self.apply_newton(start_owner, starts)
         is_within = self.is_within(start_owner, place)
         start_owner, place = start_owner[is_within], place[is_within]
         is_unique, lows, highs, half_width = self._isolate_zeros(start_owner, place)
         place = np.where(is_unique[:, None], 0.5 * (lows[1] + highs[1]), place)
-        zeros = np.flatnonzero(is_unique | self.is_zero(start_owner, place, 2.0 * self.narrowest))
-        zeros = zeros[np.lexsort((~is_unique[zeros], start_owner[zeros]))]
         dimension, direction = np.zeros(start_owner.size, dtype=np.int64), np.full(place.shape, np.nan)
-        open_zeros = zeros[~is_unique[zeros]]
-        dimension[open_zeros], direction[open_zeros] = self.family_dimension(start_owner[open_zeros], place[open_zeros])
-        owner_order, new_zeros = np.argsort(self.owner, kind="stable"), []
-        owners_in_order = self.owner[owner_order]
-        for point in np.unique(owner):
-            point_rows = slice(*np.searchsorted(owner, [point, point + 1]))
-            point_zeros = zeros[slice(*np.searchsorted(start_owner[zeros], [point, point + 1]))]
-            zero_index = owner_order[slice(*np.searchsorted(owners_in_order, [point, point + 1]))]
-            boxes, width = ((low[point_rows], high[point_rows], kind[point_rows]), MERGE_DISTANCE * self.width[point])
-            unique_rows, open_rows = point_zeros[is_unique[point_zeros]], point_zeros[~is_unique[point_zeros]]
-            if dimension[open_rows].any():
-                self.certified[point] = FAMILY
-                if not (self.problem.takes_members and self.problem.system.labels):
-                    tangent = direction[open_rows[dimension[open_rows].argmax()]]
-                    self.is_flat[point], self.direction[point, self.problem.free] = (
-                        True,
-                        tangent / np.abs(tangent).max(),
-                    )
-                open_rows = open_rows[dimension[open_rows] == 0]
-            roots = list(zip(self.place[zero_index], self.half_width[zero_index], strict=True))
-            for j in unique_rows:
-                if not any((np.abs(c - place[j]) <= r + half_width[j]).all() for c, r in roots):
-                    new_zeros.append((point, place[j], half_width[j], 0.0 * half_width[j]))
-                roots.append((place[j], half_width[j]))
-            is_covered = np.zeros(len(boxes[2]), dtype=bool)
-            for j in unique_rows:
-                is_covered |= ((boxes[0] >= lows[0][j]) & (boxes[1] <= highs[0][j])).all(axis=1)
-            boxes = tuple(x[~is_covered] for x in boxes)
-            new_zeros += [(point, *c) for c in self._cluster_roots(point, place[open_rows], boxes, roots, width)]
-            if boxes[2].size:
-                reason = TOO_LARGE if (boxes[2] == codes.NOT_EXAMINED).any() else ROUNDING
-                self.certified[point] = max(self.certified[point], reason)
-                ends = np.stack([boxes[0].min(axis=0), boxes[1].max(axis=0)], axis=-1)
-                self.undecided_box[point, self.problem.free] = ends
-        if new_zeros:
-            self._add_zeros(*(np.array(x) for x in zip(*new_zeros, strict=True)))
+        shared = np.flatnonzero(~is_unique & self.is_zero(start_owner, place, 2.0 * self.narrowest))
+        dimension[shared], direction[shared] = self.family_dimension(start_owner[shared], place[shared])
+        rows = np.concatenate([np.flatnonzero(is_unique), shared])
+        rows = rows[np.lexsort((~is_unique[rows], start_owner[rows]))]
+        columns = (start_owner, place, is_unique, half_width, lows[0], highs[0], dimension, direction)
+        return NewtonZeros(*(values[rows] for values in columns))
+
+    def _decide_point(self, point, boxes, zeros, known_zeros):
+        """Return a point's new zeros (point, place, half-width, uncertainty), and record its family and open boxes.
+
+        Args:
+            point: index of the point.
+            boxes: (low, high, kind) of its undecided boxes.
+            zeros: its :class:`NewtonZeros`.
+            known_zeros: indices of its zeros that were added before.
+        """
+        low, high, kind = boxes
+        is_member = zeros.dimension > 0
+        if is_member.any():
+            self.certified[point] = FAMILY
+            if not (self.problem.takes_members and self.problem.system.labels):
+                tangent = zeros.direction[zeros.dimension.argmax()]
+                self.is_flat[point], self.direction[point, self.problem.free] = True, tangent / np.abs(tangent).max()
+        new_zeros = []
+        roots = list(zip(self.place[known_zeros], self.half_width[known_zeros], strict=True))
+        is_covered = np.zeros(len(kind), dtype=bool)
+        for j in np.flatnonzero(zeros.is_unique):
+            place, half_width = zeros.place[j], zeros.half_width[j]
+            if not any((np.abs(c - place) <= r + half_width).all() for c, r in roots):
+                new_zeros.append((point, place, half_width, 0.0 * half_width))
+            roots.append((place, half_width))
+            is_covered |= ((low >= zeros.low[j]) & (high <= zeros.high[j])).all(axis=1)
+        low, high, kind = low[~is_covered], high[~is_covered], kind[~is_covered]
+        candidates, width = zeros.place[~zeros.is_unique & ~is_member], MERGE_DISTANCE * self.width[point]
+        clusters = self._cluster_roots(point, candidates, (low, high, kind), roots, width)
+        if kind.size:
+            reason = TOO_LARGE if (kind == codes.NOT_EXAMINED).any() else ROUNDING
+            self.certified[point] = max(self.certified[point], reason)
+            self.undecided_box[point, self.problem.free] = np.stack([low.min(axis=0), high.max(axis=0)], axis=-1)
+        return [*new_zeros, *((point, *root) for root in clusters)]
 
     def _start_places(self, owner, kind, low, high):
         """Return (owner, place) of starts: centres of undecided boxes, evenly chosen, and named places."""

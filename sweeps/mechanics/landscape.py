@@ -144,7 +144,9 @@ class Landscape:
     def canonical(self) -> tuple[float | None, ...]:
         """The default of each parameter on which no equilibrium depends, None for the other parameters.
 
-        A factor of F_i that is free of x and never 0 (the mass and the length of a pendulum) moves no root.
+        A factor of F_i that is free of x and never 0 (the mass and the length of a pendulum) moves no root. Parameters
+        in the bounds of the coordinates, in values at which a coordinate is held, and in the labelled positions count,
+        too. A system without parameters has the value (0.0,), so that tables of parameters have a column.
         """
         symbols = set()
         for e in self.F:

@@ -66,7 +66,11 @@ def _is_of(library: str, kind: str, value: object) -> bool:
 
 
 def _of_dataset(ds: Dataset) -> "dict | pd.DataFrame":
-    """Return the grid that the coordinates of a Dataset span; of variables along one dimension, their table."""
+    """Return the grid that the coordinates of a Dataset span, or a table of points.
+
+    Coordinates come before variables. If one of them is no axis of its own (its dimension has another name), each row
+    of the dimension is a point of a table. The coordinate `axis` becomes the key `axes`: the axes to spin about.
+    """
     variables = {name: variable for name, variable in (ds.coords or ds.data_vars).items() if name != "point"}
     if not all(variable.dims in ((), (name,)) for name, variable in variables.items()):
         table = ds[[*variables]].to_dataframe().reset_index(drop=True)[[*variables]]

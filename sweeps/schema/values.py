@@ -33,6 +33,7 @@ def number(is_allowed: Callable[[float], bool], allowed: str) -> BeforeValidator
     """Return a validator of finite numbers for which `is_allowed` is true."""
 
     def check(value: Any) -> float:
+        """Return a finite number that is allowed; refuse every other value."""
         number = finite(value, allowed)
         if not is_allowed(number):
             raise refusal("is out of range", allowed)
@@ -58,6 +59,7 @@ def integer(minimum: int, maximum: int, allowed: str) -> BeforeValidator:
     """Return a validator of whole numbers from `minimum` to `maximum`, refusing all further numbers with `allowed`."""
 
     def check(value: Any) -> int:
+        """Return a whole number in the range; refuse every other value."""
         if isinstance(value, bool) or not isinstance(value, int):
             raise refusal("is not a whole number", allowed)
         if not minimum <= value <= maximum:
@@ -71,6 +73,7 @@ def choice(options: tuple[str, ...]) -> BeforeValidator:
     """Return a validator of a word among some options."""
 
     def check(value: Any) -> str:
+        """Return a word among the options; refuse every other value."""
         if value in options:
             return value
         raise refusal("is not available" + hint(value, options), ", ".join(options))

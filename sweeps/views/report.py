@@ -252,7 +252,12 @@ def _render_page(contents: PageContents, packed_columns: list[Packed], page_grid
 
 
 def _page_texts(description: MapDescription, summary: Summary, page_grid) -> dict:
-    """Return the texts and tables of the page."""
+    """Return the values that the page's template writes: texts, numbers and lists, no figures.
+
+    ``product`` lists dimensions and their sizes, ``thinned`` those of which the page has fewer values, ``confusion``
+    the measured against the theoretical regimes, ``checks`` each check's worst value with its point, ``certificates``
+    those among them that bound an error, and ``agreements`` the deviations of measured from theoretical values.
+    """
     sizes, definition = description.sizes, description.definition
     return {
         "title": description.title or "A stability map",

@@ -228,10 +228,10 @@ def _draw_comparison(ratio_ax: Axes, theory_ax: Axes, comparison: Agreement, gro
     draw_ratios(ratio_ax, columns["ratio"][with_theory], columns["epsilon"][with_theory])
     is_settled = np.any([with_theory for _, with_theory, _, props in groups if props["marker"] == "o"], axis=0)
     _draw_errors(theory_ax, theory, columns["error"], is_settled)
-    for name, with_theory, words, props in groups:
-        if with_theory.any():
-            deviation = np.clip(columns["deviation"][with_theory], EXACT, MAX_DEVIATION)
-            theory_ax.plot(theory[with_theory], deviation, ls="none", gid=name, label=words, rasterized=True, **props)
+    for name, in_group, words, props in groups:
+        if in_group.any():
+            deviation = np.clip(columns["deviation"][in_group], EXACT, MAX_DEVIATION)
+            theory_ax.plot(theory[in_group], deviation, ls="none", gid=name, label=words, rasterized=True, **props)
     axis_scales.set_plain_log_ticks(theory_ax.xaxis)
     theory_ax.minorticks_off()
 
