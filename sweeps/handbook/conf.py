@@ -27,6 +27,7 @@ nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 nb_output_stderr = "remove"
+nb_merge_streams = True  # all that a cell prints is one box
 nb_code_prompt_show = "What it prints"
 nb_code_prompt_hide = "What it prints"
 suppress_warnings = ["ref.python"]  # words of docstrings' types, "shape (n,)", that happen to be attributes' names too
