@@ -21,8 +21,13 @@ NAME may be a part of a name: `polhode body racket`. Without NAME the bodies are
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3
   polhode body --mesh racket.stl --density "0.6 g/cm3" --unit mm
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3 --omega 0 0 "5 rpm"
+  polhode body robot.urdf --link forearm
+  polhode body robot.urdf -o links.yaml
 
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3 --uncertainty 5% --omega0 0.1 --axis 3
+
+A tensor, and each link of a robot file (URDF, SDF, MJCF), is checked. If no rigid body has it, or if it is unlikely for
+--mass, --size and --centre or for mass and shapes of the link, the causes that explain it are listed.
 
 With --uncertainty bodies are sampled and each is measured: the probability that each spin is unstable, and the growth
 rates. X is a fraction of the moments, or of the tensor's entries where that is given (5%), or a mapping as in a
@@ -59,6 +64,7 @@ def add_body(commands) -> None:
     command.add_argument("--twist", action="store_true", help="state the twist about the handle too")
     command.add_argument("--axis", type=parser.number, metavar="A", help="spin axis (default all three)")
     parser.add_omega(command, "in any direction")
+    parser.add_output(command, "write the bodies of a file as a definition for sweeps (YAML)", required=False)
     command.add_argument("--figure", metavar="FILE", help="draw the sampled bodies on the triangle of inertia (PNG)")
     parser.share(command, "--json")
 
@@ -67,6 +73,7 @@ def _print_body(args):
     """Print the outcome of each spin of a body, sampled with --uncertainty; without a body, print the known names."""
     if args.uncertainty is None:
         startup.leave_out_compiler()  # loading it takes longer than a few formulas
+    from sweeps.systems.bodies import body_files
     from sweeps.systems.rigid_body import spin_outcomes
     from sweeps.systems.uncertain_bodies import body_answer
 
@@ -76,9 +83,16 @@ def _print_body(args):
         printing.print_json(names) if args.json else print("\n".join(names))
         return
     setting = {name: getattr(args, name) for name in (*body_answer.SPIN, *body_answer.SAMPLING, "uncertainty", "omega")}
-    answer = sweeps.body(body, axis=args.axis, twist=args.twist, definition=args.definition, **setting)
+    try:
+        answer = sweeps.body(body, axis=args.axis, twist=args.twist, definition=args.definition, **setting)
+    except body_files.ImpossibleBodyError as error:
+        if args.json:
+            printing.print_json(error.facts)
+        raise
     if args.figure:
         answer.savefig(args.figure)
+    if args.output:
+        body_files.write_definition(body, args.output)
     printing.print_json(answer.facts) if args.json else answer.show(printing.console())
 
 

@@ -121,7 +121,10 @@ def add_output(parser: Parser, text: str, required: bool = True) -> None:
 def add_body(parser: Parser) -> None:
     """Add the argument NAME and the options that give a body and its spin."""
     quantities: dict[str, Any] = {"type": number, "metavar": "X"}
-    parser.add_argument("name", metavar="NAME", nargs="?", help="a body of the sweep `bodies`, or of --definition")
+    parser.add_argument(
+        "name", metavar="NAME", nargs="?", help="a body of the sweep `bodies` or of --definition, or a file"
+    )
+    parser.add_argument("--link", metavar="NAME", help="link of a robot file, in place of FILE:NAME")
     parser.add_argument("--definition", metavar="DEFINITION", default="bodies", help="the definition that lists NAME")
     add_moments(parser)
     text = 'spin rate, rad s-1 ("30 rpm"; default the body\'s own, or 1)'
@@ -146,7 +149,14 @@ def add_moments(parser: Parser) -> None:
     parser.add_argument("--tensor", nargs=9, help="tensor of inertia, row by row, kg m2", **quantities)
     parser.add_argument("--mesh", metavar="FILE", help="a closed surface: STL, OBJ, PLY, OFF, GLB, DAE, TAB or TXT")
     parser.add_argument("--density", help="density of the mesh, kg m-3", **quantities)
-    parser.add_argument("--mass", help="mass of the mesh, kg, in place of its density", **quantities)
+    parser.add_argument("--mass", help="mass of the mesh, kg, in place of its density, or of the tensor", **quantities)
+    text = "of the tensor's axes, m, for the check of a tensor"
+    parser.add_argument(
+        "--size", nargs=3, help=f"edges of the box around the body in the directions {text}", **quantities
+    )
+    parser.add_argument(
+        "--centre", nargs=3, help=f"centre of mass from the link's origin, components {text}", **quantities
+    )
     parser.add_argument("--unit", default="m", help="unit of length of the mesh: m (default), cm, mm, um, km, in, ft")
 
 
@@ -158,10 +168,12 @@ def body(args: argparse.Namespace) -> str | dict | None:
         raise DefinitionError(f"body: more than one is given; allowed: {allowed}")
     moments = ("I1", "I2", "I3")
     mesh = {"file": args.mesh, "density": args.density, "mass": args.mass, "unit": args.unit}
+    evidence = {key: value for key in ("mass", "size", "centre") if (value := getattr(args, key)) is not None}
     entries = {
         "moments": lambda values: dict(zip(moments, values, strict=True)),
         "ratios": lambda values: {"ratios": dict(zip(moments, values, strict=True))},
-        "tensor": lambda values: {"tensor": [values[i : i + 3] for i in (0, 3, 6)]},
+        "tensor": lambda values: {"tensor": [values[i : i + 3] for i in (0, 3, 6)], **evidence},
         "mesh": lambda file: {"name": file, "mesh": {key: value for key, value in mesh.items() if value is not None}},
     }
-    return next((entries[way](value) for way, value in ways.items()), args.name)
+    name = args.name if args.link is None else f"{args.name}:{args.link}"
+    return next((entries[way](value) for way, value in ways.items()), name)

@@ -1,7 +1,7 @@
 """Bodies from files of their own (`polhode body sat.yaml`), and from mappings of parts: readers by suffix."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,12 +19,32 @@ class FileBody:
     lines: tuple[str, ...] = ()  #: further lines for people
 
 
+class ImpossibleBodyError(DefinitionError):
+    """A tensor that no rigid body has; `facts` has the diagnosis."""
+
+    def __init__(self, text: str, facts: dict[str, Any]):
+        super().__init__(text)
+        self.facts = facts
+
+
+def _read_robot(path: str) -> list[FileBody]:
+    from sweeps.systems.bodies import diagnosed_bodies
+
+    return [FileBody(**values) for values in diagnosed_bodies.read_robot(path)]
+
+
 #: suffix → function that takes the path and returns the bodies of the file
-READERS: dict[str, Callable[[str], list[FileBody]]] = {}
+READERS: dict[str, Callable[[str], list[FileBody]]] = dict.fromkeys(
+    (".urdf", ".sdf", ".xml", ".mjcf", ".xacro"), _read_robot
+)
 
 
 def find_bodies(body: object) -> list[FileBody]:
     """Return the bodies of a file, FILE or FILE:NAME for one of them, or of a mapping of parts; [] for other bodies."""
+    if isinstance(body, Mapping) and "tensor" in body:
+        from sweeps.systems.bodies import diagnosed_bodies
+
+        return [FileBody(**values) for values in diagnosed_bodies.diagnose_entry(body)]
     if not isinstance(body, str):
         return []
     suffixes = "|".join(map(re.escape, READERS))
@@ -46,3 +66,18 @@ def only_entry(body: object) -> object:
         allowed = ", ".join(f"{body}:{each.name}" for each in bodies)
         raise DefinitionError(f"body: {body} holds {len(bodies)} bodies; allowed: {allowed}")
     return bodies[0].entry if bodies else body
+
+
+def write_definition(body: object, path: str) -> None:
+    """Write the possible bodies of a file, at 1 rad s-1, as a definition for sweeps to a YAML file `path`."""
+    from sweeps.process.files import replace_output
+    from sweeps.reading.definitions import as_yaml
+
+    bodies = [each for each in find_bodies(body) if each.facts.get("diagnosis", {}).get("possible", True)]
+    if not bodies or not path.endswith(".yaml"):
+        allowed = "a file .yaml, and a file of physically possible bodies"
+        raise DefinitionError(f"{path}: holds no definition of {body}; allowed: {allowed}")
+    entries = [{"name": "your body"} | each.entry for each in bodies]
+    text = as_yaml({"title": f"Bodies of {body}"[:200], "bodies": entries, "grid": {"omega0": 1.0}})
+    with replace_output(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")

@@ -11,6 +11,7 @@ Source: Landau and Lifshitz, Mechanics, section 32. Volume integrals over a mesh
 "Polyhedral mass properties".
 """
 
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -54,6 +55,21 @@ class Principal:
     #: axes of their plane (or space) are principal axes.
     axes: tuple[tuple[float, float, float], ...]
     notes: tuple[str, ...] = ()  #: remarks on the result, one sentence each
+
+    @property
+    def rotation(self) -> dict[str, list[float]]:
+        """Rotation from the principal axes to those of the input: unit quaternion, scalar first, and roll-pitch-yaw.
+
+        Roll, pitch and yaw (rad) are angles about the fixed axes x, y and z, as in URDF. If the pitch is ±90°, the yaw
+        is 0.
+        """
+        from scipy.spatial.transform import Rotation
+
+        rotation = Rotation.from_matrix(np.transpose(self.axes))
+        with warnings.catch_warnings(action="ignore"):  # of a pitch of ±90°
+            rpy = rotation.as_euler("xyz")
+        quaternion = rotation.as_quat(canonical=True, scalar_first=True)
+        return {"principal_quaternion": quaternion.tolist(), "principal_rpy": rpy.tolist()}
 
 
 def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDING) -> Principal:

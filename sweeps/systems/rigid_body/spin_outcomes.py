@@ -242,7 +242,12 @@ def predict_body(
     facts: dict[str, Any] = {"name": body.name, "moments": body.moments}
     facts |= {"moments_are_ratios": body.ratios is not None, **spun}
     if body.principal is not None:
-        facts |= {"frame": body.frame, "principal_axes": body.principal.axes, "notes": body.principal.notes}
+        facts |= {
+            "frame": body.frame,
+            "principal_axes": body.principal.axes,
+            **body.principal.rotation,
+            "notes": body.principal.notes,
+        }
     if body.solid is not None:
         facts |= {name: getattr(body.solid, name) for name in ("mass", "volume", "centre", "extents", "faces")}
     facts["axes"], rows = [], []
@@ -278,6 +283,8 @@ def _body_lines(body: SpunBody) -> Iterator[str]:
         yield f"{solid.mass:.4g} kg, {solid.volume:.4g} m³, {size} m, {solid.faces:,} faces"
     if body.principal is not None:
         yield from axis_lines(body.principal)
+        quaternion, rpy = (", ".join(f"{value:.6g}" for value in values) for values in body.principal.rotation.values())
+        yield f"rotation from principal axes: quaternion (w, x, y, z) {quaternion}; roll, pitch, yaw {rpy} rad"
         yield f"principal axes 1, 2, 3 in the order of ascending moments, directions in the axes of the {body.frame}"
         return
     unit = "(ratios)" if body.ratios is not None else "kg m²"

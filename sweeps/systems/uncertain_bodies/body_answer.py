@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -100,11 +100,31 @@ def answer(
         raise DefinitionError(f"body: {unknown[0]} is unknown; allowed: {allowed}")
     options = dict.fromkeys((*SPIN, *SAMPLING, "uncertainty", "omega")) | dict(setting)
     options |= {"axis": axis, "twist": twist or None}
-    file_bodies = body_files.find_bodies(body) or [body_files.FileBody("", body)]
-    answers = [_answer_one(each, source, options, load) for each in file_bodies]
+    entry: Any = body if isinstance(body, str) else body_entry(body)
+    file_bodies = body_files.find_bodies(entry) or [body_files.FileBody("", entry)]
+    answers = [_answer_or_refuse(each, source, options, load) for each in file_bodies]
     if len(answers) == 1:
+        if "refused" in answers[0].facts:
+            lines = (f"body: {line}" for line in file_bodies[0].lines)
+            raise body_files.ImpossibleBodyError("\n".join([answers[0].facts["refused"], *lines]), answers[0].facts)
         return answers[0]
     return BodyAnswer(str(body), {"bodies": {each.name: each.facts for each in answers}}, "", answers=answers)
+
+
+def _answer_or_refuse(file_body: body_files.FileBody, source: object, options: Mapping[str, Any], load) -> BodyAnswer:
+    """Return the answer for one body, or the diagnosis of a tensor that no rigid body has."""
+    diagnosis: dict = file_body.facts.get("diagnosis", {"possible": True, "problems": (), "causes": ()})
+    causes = ", ".join(cause["cause"] for cause in diagnosis["causes"]) or "unknown"
+    try:
+        result = _answer_one(file_body, source, options, load)
+        doubt = f". The tensor is unlikely for this mass and size. Possible cause: {causes}."
+        return replace(result, sentence=result.sentence + doubt) if diagnosis["problems"] else result
+    except DefinitionError as error:
+        if diagnosis["possible"]:
+            raise
+        facts = {"name": file_body.name or "your body", "refused": str(error)} | file_body.facts
+        sentence = f"No rigid body has this tensor of inertia. Possible cause: {causes}."
+        return BodyAnswer(file_body.name, facts, sentence, paragraphs=[list(file_body.lines)])
 
 
 def _answer_one(file_body: body_files.FileBody, source: object, options: Mapping[str, Any], load) -> BodyAnswer:

@@ -1,0 +1,57 @@
+"""Bodies with a diagnosis of their tensors: links of robot files, and tensors with mass, size and centre of mass."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from sweeps.reading import robot_files
+from sweeps.schema.refusals import DefinitionError
+from sweeps.schema.variables import parse_amount
+from sweeps.systems.bodies import inertia_diagnosis
+
+EVIDENCE = {"mass": "kg", "centre": "m", "size": "m"}  # keys beside a tensor that only the diagnosis uses → unit
+
+
+def read_robot(path: str) -> Iterator[dict[str, Any]]:
+    """Yield the links of a robot file as arguments of `FileBody`, tensors in the links' axes.
+
+    The size of a link is that of its shapes, unless its centre of mass is outside of them. Frames, links without mass
+    and moments, are left out.
+    """
+    for link in robot_files.read_links(path):
+        points = (link.points - link.centre) @ link.rotation
+        is_inside = len(points) > 0 and (points.min(axis=0) <= 0).all() and (points.max(axis=0) >= 0).all()
+        offset = link.rotation.T @ link.centre
+        evidence = inertia_diagnosis.Evidence(link.mass, offset, points if is_inside else None, link.rotation)
+        if link.mass or link.tensor.any():
+            tensor = link.rotation @ link.tensor @ link.rotation.T
+            entry = {"name": link.name, "tensor": ((tensor + tensor.T) / 2).tolist()}
+            yield _diagnose(entry, link.tensor, evidence, {"mass": link.mass, "centre": link.centre.tolist()})
+
+
+def diagnose_entry(entry: Mapping) -> Iterator[dict[str, Any]]:
+    """Yield the body of an entry with a tensor as arguments of `FileBody`; nothing for an invalid tensor."""
+    entry, values = dict(entry), {}
+    for name, unit in EVIDENCE.items():
+        if (given := entry.pop(name, None)) is not None:
+            amounts = [parse_amount(f"body: {name}", value, unit) for value in np.atleast_1d(given).tolist()]
+            if len(amounts) != (1 if name == "mass" else 3) or (name != "centre" and not min(amounts) > 0):
+                allowed = "a positive mass, three edges > 0, or three coordinates of the centre of mass"
+                raise DefinitionError(f"body: {name}: {given} is out of range; allowed: {allowed}")
+            values[name] = np.array(amounts)
+    try:
+        rows = [[parse_amount("body: tensor", value, "kg m2") for value in row] for row in entry["tensor"]]
+        tensor = np.reshape(rows, (3, 3))
+    except (DefinitionError, TypeError, ValueError):  # the check of the definition refuses it
+        return
+    points = robot_files.CORNERS * values["size"] / 2 if "size" in values else None
+    mass = values["mass"].item() if "mass" in values else None
+    evidence = inertia_diagnosis.Evidence(mass, values.get("centre"), points)
+    yield _diagnose(entry, tensor, evidence, {name: value.tolist() for name, value in values.items()})
+
+
+def _diagnose(entry: dict, tensor: np.ndarray, evidence: inertia_diagnosis.Evidence, facts: dict) -> dict[str, Any]:
+    diagnosis = inertia_diagnosis.diagnose(tensor, evidence)
+    facts, lines = facts | {"diagnosis": diagnosis.facts}, tuple(diagnosis.lines)
+    return {"name": entry.get("name", ""), "entry": entry, "facts": facts, "lines": lines}
