@@ -603,6 +603,36 @@ def test_a_lecture_of_five_steps_fits_the_screen_in_large_letters(visit, shapes_
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("size", [(1920, 1080), (1280, 720), (390, 844)])
+def test_a_typed_body_goes_through_the_lecture_and_stays(size, visit, plane_path):
+    page = visit(plane_path, viewport=dict(zip(("width", "height"), size, strict=True))).page
+    moments, epsilons = (3.0, 1.0, 3.5), {1: 0.01, 2: 0.3, 4: 0.1}  # axis 1 is the intermediate one
+    for name, value in zip(("I1", "I2", "I3"), moments, strict=True):
+        page.fill(f"#own-{name}", str(value))
+    omega0 = float(re.search(r"omega0=([\d.]+)", page.evaluate("polhode.link()"))[1])
+    page.click("#lecture")
+    for step in range(1, 6):
+        page.wait_for_timeout(300)
+        headline = page.inner_text("#say").replace("\N{NO-BREAK SPACE}", " ")
+        if step in epsilons:
+            transverse = [omega0 * epsilons[step] * f(0.6) for f in (math.cos, math.sin)]  # 0.6 rad: the usual phase
+            period = exact.flip_period(exact.set_up(*moments, omega0, *transverse))
+            assert f"your body flips every {period:.4g} s" in headline
+        assert "wobble grows" in headline or step < 5
+        widths = "[...document.querySelectorAll('main *')].filter((e) => e.checkVisibility() && !e.closest('svg, #map'))"
+        assert page.evaluate(f"Math.max(...{widths}.map((e) => e.getBoundingClientRect().right))") <= size[0]
+        if step < 5:
+            page.click("#step-next")
+    page.fill("#own-I3", "9")  # greater than the sum of the others
+    assert page.inner_text("#say") == page.inner_text("#own-notice") != ""
+    assert "Play" in page.inner_text("#play")
+    page.fill("#own-I3", "3.2")
+    page.click("#lecture")
+    assert [page.input_value(f"#own-I{k}") for k in (1, 2, 3)] == ["3", "1", "3.2"]
+    assert "your body keeps its axis" in page.inner_text("#say") or "your body flips" in page.inner_text("#say")
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_page_of_a_shipped_sweep_plays_without_a_word_on_its_console(name, visit, pages, monkeypatch):
     """A few points of each; `visit` checks the console."""

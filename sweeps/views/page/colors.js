@@ -30,12 +30,18 @@ function colorScale(column, values, exists) {
   if (column.isSigned ?? (low < 0 && high > 0)) {
     const limit = Math.max(Math.abs(low), Math.abs(high)) || 1;
     const colorscale = part.grows?.(column) ? DIVERGING.map(([at], i) => [at, DIVERGING[DIVERGING.length - 1 - i][1]]) : DIVERGING;
-    return { z: (v) => v, zmin: -limit, zmax: limit, colorscale, bar: { unit, ticks: evenTicks(-limit, limit) } };
+    return { z: (v) => v, zmin: -limit, zmax: limit, colorscale, bar: { unit, ticks: evenTicks(-limit, limit), ends: endsOfScale(column) } };
   }
   const positive = shown.filter((value) => value > 0);
   if (low >= 0 && positive.length > 1 && high > 1e3 * quantile(positive, 0.02)) return decadeScale(positive, unit);
   const top = high > low ? high : low + (Math.abs(low) || 1);
   return { z: (v) => v, zmin: low, zmax: top, colorscale: SEQUENTIAL, bar: { unit, ticks: evenTicks(low, top) } };
+}
+
+/** Return words for the ends of a scale of both signs: for a rate of growth, or for a square or a rate that is negative at growth. */
+function endsOfScale(column) {
+  if (part.grows?.(column)) return ["stable", "unstable"];
+  return /^(omega_squared|signed_rate)/.test(column.name) ? ["unstable", "stable"] : null;
 }
 
 /** Return about five round numbers between two numbers, each with its text. */
@@ -50,7 +56,7 @@ function evenTicks(low, high) {
 }
 
 /** Return the bar of colours below a picture: Plotly's own bar takes a third of the time of a slider's step. */
-function colorBar({ zmin, zmax, colorscale, bar: { unit, ticks } }) {
+function colorBar({ zmin, zmax, colorscale, bar: { unit, ticks, ends } }) {
   const stripe = element("i", {});
   stripe.style.background = `linear-gradient(to right, ${colorscale.map(([at, color]) => `${color} ${100 * at}%`).join(", ")})`;
   const labels = ticks.map(({ at, text }) => {
@@ -58,7 +64,8 @@ function colorBar({ zmin, zmax, colorscale, bar: { unit, ticks } }) {
     label.style.left = `${(100 * (at - zmin)) / (zmax - zmin)}%`;
     return label;
   });
-  return element("li", { className: "bar" }, element("div", {}, stripe, ...labels), unit);
+  const [low, high] = ends ? [`${ends[0]} ←`, `→ ${ends[1]}`] : ["", ""];
+  return element("li", { className: "bar" }, low, element("div", {}, stripe, ...labels), `${unit} ${high}`);
 }
 
 function decadeScale(positive, unit) {

@@ -1,13 +1,14 @@
 // Lecture mode: the first screen alone, large, with a sequence of steps if the system has one.
 //
 // A system's `part.lecture()` returns the steps: {title, text, changes, three}. `changes` returns changes of the state;
-// `three` shows the three axes side by side in place of the map.
+// `three` shows the three axes side by side in place of the map. Fields for a body of the reader's own, `#own`, stand below
+// the text of a step; a body that is chosen there goes through all steps.
 
-const lecture = { on: false, at: 0, steps: [], before: null };
+const lecture = { on: false, at: 0, steps: [], home: null, next: null };
 
 /** Return the size of text in pictures, px: in a lecture, legible from the last row. */
 function textSize(usual = 13) {
-  return lecture.on ? Math.max(20, Math.round(innerHeight / 46)) : usual;
+  return lecture.on ? Math.max(innerWidth > 860 ? 20 : 16, Math.round(innerHeight / 46)) : usual;
 }
 
 function setLecture(on) {
@@ -21,7 +22,13 @@ function setLecture(on) {
   } else if (document.fullscreenElement) {
     document.exitFullscreen();
   }
-  document.getElementById("steps").hidden = !on || lecture.steps.length === 0;
+  const steps = document.getElementById("steps");
+  steps.hidden = !on || lecture.steps.length === 0;
+  const own = document.getElementById("own");
+  if (own && on) {
+    Object.assign(lecture, { home: own.parentElement, next: own.nextSibling });
+    steps.append(own);
+  } else if (own) lecture.home?.insertBefore(own, lecture.next);
   if (on && lecture.steps.length > 0) showStep(0);
   else {
     delete document.documentElement.dataset.three;
@@ -30,6 +37,13 @@ function setLecture(on) {
   drawPlane.key = null;
   scrollTo(0, 0);
   redraw();
+}
+
+/** Begin the step again with another body. */
+function renewLecture() {
+  if (!lecture.on) return;
+  lecture.steps = part.lecture();
+  showStep(lecture.at);
 }
 
 function showStep(at) {

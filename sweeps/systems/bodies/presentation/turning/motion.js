@@ -38,15 +38,22 @@ function span(trajectory, { axis, omega0 }) {
 
 const RANKS = ["least", "intermediate", "greatest"];
 
+function hasEqualMoments(moments) {
+  return moments.some((I, i) => moments.some((other, k) => i !== k && Math.abs(I - other) < 1e-9 * I));
+}
+
 /** "its intermediate axis", or the axis by its number where two moments are the same. */
 function axisInWords(moments, axis) {
-  const same = moments.some((I, i) => moments.some((other, k) => i !== k && Math.abs(I - other) < 1e-9 * I));
-  return same ? `axis ${axis}` : `its axis of ${RANKS[orderOfMoments(moments).indexOf(axis - 1)]} inertia`;
+  return hasEqualMoments(moments) ? `axis ${axis}` : `its axis of ${RANKS[orderOfMoments(moments).indexOf(axis - 1)]} inertia`;
+}
+
+function nameInWords(named) {
+  return (named ?? "your body").replace(/^(?=tennis|phone|book)/, "the ");
 }
 
 function subjectInWords({ moments }) {
   const body = theMap.coordinates.body;
-  if (state.moments) return (state.named ?? "your body").replace(/^(?=tennis|phone|book)/, "the ");
+  if (state.moments) return nameInWords(state.named);
   if (body) return String(coordinateAt("body", state.place));
   return looksLikeRacket(meanSquares(moments)) ? "this racket" : "this body";
 }
@@ -67,7 +74,7 @@ function capitalized(text) {
 function motionInWords(shown) {
   const { trajectory, flips, rotation, axis, moments } = shown;
   if (part.spoken) return part.spoken(shown);
-  if (shown.shaken) return `Spun about ${axisInWords(moments, axis)}, ${subjectInWords(shown)} has one moment changed every ${timeText((2 * Math.PI) / shown.shaken.frequency)}.`;
+  if (shown.shaken) return shakenOutcome(shown);
   const period = trajectory.flipPeriod;
   const spun = `Spun about ${axisInWords(moments, axis)}, ${subjectInWords(shown)}`;
   const turns = (time) => `${numberText(time / rotation, 3)} rotations`;
@@ -81,6 +88,21 @@ function motionInWords(shown) {
   const too = flips && regime !== "unstable" ? `${verdict}, but this perturbation is too large` : verdict;
   const outcome = flips ? flipping : `keeps its axis and wobbles with period ${timeText(2 * period)} (${turns(2 * period)}; ${sizeInWords})`;
   return `${too}. ${spun} ${outcome}.${more && ` ${capitalized(more)}.`}`;
+}
+
+/** The growth of a shaken body's wobble, as drawn: its greatest tilt over that of the first period of the modulation. */
+function shakenOutcome({ trajectory, rotation, axis, moments, shaken, end }) {
+  const period = (2 * Math.PI) / shaken.frequency;
+  const tilt = (t) => {
+    const L = directionOf(trajectory.momentum(t));
+    return Math.acos(Math.min(1, Math.abs(L[axis - 1])));
+  };
+  const tilts = Array.from({ length: 2000 }, (_, k) => tilt((k * end) / 2000));
+  const first = Math.max(...tilts.filter((_, k) => (k * end) / 2000 <= period));
+  const greatest = tilts.reduce((best, one, k) => (one > tilts[best] ? k : best), 0);
+  const factor = tilts[greatest] / first;
+  const outcome = factor > 1.5 ? `its wobble grows ${numberText(factor, 2)} times within ${numberText((greatest * end) / 2000 / rotation, 2)} rotations: unstable` : "its wobble does not grow";
+  return `Spun about ${axisInWords(moments, axis)}, ${subjectInWords({ moments })} has one moment changed every ${timeText(period)}, and ${outcome}.`;
 }
 
 /** First time, s, at which the spin about its axis passes zero, which it does once in a flip's period; or nothing. */
@@ -102,7 +124,7 @@ function showMotion() {
   for (const id of ["motion", "motion-first"]) document.getElementById(id).hidden = !there;
   if (!there) return motion.player.set(false);
   const shown = motionOf(state.place);
-  Object.assign(motion, { axis: null }, shown, { t: 0, flip: shown.flips ? firstFlip(shown) : null });
+  Object.assign(motion, { axis: null, shaken: null }, shown, { t: 0, flip: shown.flips ? firstFlip(shown) : null });
   const { moments } = motion;
   motion.squares = meanSquares(moments);
   const shape = document.getElementById("shape");

@@ -69,7 +69,7 @@ function namedBodies() {
 
 function choosePreset({ name, moments, omega0, axis }) {
   const place = theMap.order.includes("axis") ? placeWith({ axis: Math.max(0, theMap.coordinates.axis.values.indexOf(axis)) }) : state.place;
-  choose({ moments, spin: omega0, named: name, place, shaken: null });
+  chooseBody({ moments, spin: omega0, named: name, place, shaken: null });
 }
 
 function typedMoments() {
@@ -79,7 +79,14 @@ function typedMoments() {
   const most = moments.indexOf(Math.max(...moments));
   notice.textContent = !isNumber ? "Each moment is a positive number (kg m²)." : isPossible(moments) ? "" : `No rigid body has these moments: ${symbolText(MOMENTS[most])} is greater than the sum of the others.`;
   notice.hidden = notice.textContent === "";
-  if (notice.hidden) choose({ moments, named: null });
+  if (notice.hidden) return chooseBody({ moments, named: null });
+  motion.player.set(false);
+  for (const id of ["say", "motion-words"]) document.getElementById(id).textContent = notice.textContent;
+}
+
+function chooseBody(changes) {
+  choose(changes);
+  renewLecture();
 }
 
 /** A slider's value and no place; or, within a step of one of the map's values, that one and its place. */
@@ -103,7 +110,8 @@ function buildOwn() {
     choose({ epsilon: value, place: place ?? state.place });
   };
   const show = () => {
-    const { moments, omega0, epsilon } = bodyStart(state.place);
+    const { omega0, epsilon } = bodyStart(state.place);
+    const { moments } = lecture.on ? teaching.body : bodyStart(state.place);
     MOMENTS.forEach((name, i) => {
       const input = document.getElementById(`own-${name}`);
       if (document.activeElement !== input) input.value = String(Number(moments[i].toPrecision(6)));
@@ -113,7 +121,8 @@ function buildOwn() {
     epsilonSlider.value = String(Math.log10(epsilon));
     document.getElementById("spin-text").textContent = `ω₀ = ${withUnit(omega0, "rad s-1", 4)}`;
     document.getElementById("epsilon-text").textContent = `ε = ${numberText(epsilon, 2)}`;
-    chips.forEach((chip, i) => chip.setAttribute("aria-pressed", String(theMap.presets[i].name === state.named)));
+    const { named } = lecture.on ? teaching.body : state;
+    chips.forEach((chip, i) => chip.setAttribute("aria-pressed", String(theMap.presets[i].name === named)));
   };
   onChange(show);
   show();
@@ -161,16 +170,45 @@ function shaking({ moments, axis, omega0 }) {
   return { depths: [0, 1, 2].map((i) => (i === axis % 3 ? RESONANT : 0)), lags: [0, 0, 0], frequency: 2 * rate, inverse: true };
 }
 
+/** The body of the lecture, {moments, named, spin}, and the state to which the page returns after it. */
+const teaching = { body: null, after: null };
+
+function beginLecture() {
+  const { moments, omega0 } = bodyStart(state.place);
+  const [racket] = theMap.presets;
+  teaching.body = state.moments ? { moments, named: state.named, spin: omega0 } : { moments: racket.moments, named: racket.name, spin: racket.omega0 };
+  const { named, spin, epsilon, place } = state;
+  teaching.after = teaching.after ? { ...teaching.after, ...teaching.body } : { moments: state.moments, named, spin, epsilon, place, shaken: null };
+}
+
+function endLecture() {
+  const { after } = teaching;
+  teaching.after = null;
+  return after;
+}
+
 function lectureOfBodies() {
-  const body = theMap.presets[0];
-  const [I1, I2, I3] = body.moments;
-  const at = (axis) => (theMap.order.includes("axis") ? placeWith({ axis: Math.max(0, theMap.coordinates.axis.values.indexOf(axis)) }) : state.place);
-  const own = { moments: body.moments, named: body.name, spin: body.omega0, epsilon: 0.01, shaken: null };
+  beginLecture();
+  const { body } = teaching;
+  const { moments } = body;
+  const [least, middle, greatest] = orderOfMoments(moments);
+  const at = (i) => (theMap.order.includes("axis") ? placeWith({ axis: Math.max(0, theMap.coordinates.axis.values.indexOf(i + 1)) }) : state.place);
+  const own = { ...body, epsilon: 0.01, shaken: null };
+  const name = nameInWords(body.named);
+  if (hasEqualMoments(moments)) {
+    const symmetry = Math.abs(moments[least] - moments[middle]) < Math.abs(moments[middle] - moments[greatest]) ? greatest : least;
+    return [
+      { title: "1. Throw it", text: `Two moments of ${name} are equal: no axis is intermediate, and about its axis of symmetry it keeps its rotation and wobbles.`, changes: () => ({ ...own, place: at(symmetry) }) },
+      { title: "2. Change the axis", text: "About the other two axes a perturbation grows in proportion to time, no faster: nothing turns over at once.", three: true, changes: () => ({ ...own, epsilon: 0.1, place: at(symmetry) }) },
+    ];
+  }
+  const nearlyEqual = moments.map((I, i) => (i === least ? moments[middle] - 0.03 * (moments[middle] - I) : I));
+  const first = body.named === theMap.presets[0].name ? "A racket spun about the axis across its handle, in the plane of the face: it turns over, and over again." : `Spun about its axis of intermediate inertia, ${name} turns over, and over again.`;
   return [
-    { title: "1. Throw it", text: "A racket spun about the axis across its handle, in the plane of the face: it turns over, and over again.", changes: () => ({ ...own, place: at(2) }) },
-    { title: "2. A larger perturbation", text: "Thirty times the perturbation: it flips sooner, as the time goes with the logarithm of ε alone.", changes: () => ({ ...own, epsilon: 0.3, place: at(2) }) },
-    { title: "3. Towards I₁ = I₂", text: "As the two lesser moments become equal, growth ceases: the flip takes for ever.", changes: () => ({ ...own, moments: [0.97 * I2, I2, I3], named: null, place: at(2) }) },
-    { title: "4. Change the axis", text: "About the axes of least and of greatest inertia the same throw only wobbles: the intermediate axis theorem.", three: true, changes: () => ({ ...own, epsilon: 0.1, place: at(2) }) },
-    { title: "5. Shake the moments", text: "Spun about the axis of greatest inertia, which is stable; but one moment is changed at twice the wobble’s rate: parametric resonance makes the wobble grow, again and again.", changes: () => ({ ...own, epsilon: 0.05, place: at(3), shaken: true }) },
+    { title: "1. Throw it", text: first, changes: () => ({ ...own, place: at(middle) }) },
+    { title: "2. A larger perturbation", text: "Thirty times the perturbation: it flips sooner, as the time goes with the logarithm of ε alone.", changes: () => ({ ...own, epsilon: 0.3, place: at(middle) }) },
+    { title: "3. Towards two equal moments", text: "As the two lesser moments become equal, growth ceases: the flip takes for ever.", changes: () => ({ ...own, moments: nearlyEqual, named: null, place: at(middle) }) },
+    { title: "4. Change the axis", text: "About the axes of least and of greatest inertia the same throw only wobbles: the intermediate axis theorem.", three: true, changes: () => ({ ...own, epsilon: 0.1, place: at(middle) }) },
+    { title: "5. Shake the moments", text: "Spun about the axis of greatest inertia, which is stable; but one moment is changed at twice the wobble’s rate: parametric resonance makes the wobble grow, again and again.", changes: () => ({ ...own, epsilon: 0.05, place: at(greatest), shaken: true }) },
   ];
 }

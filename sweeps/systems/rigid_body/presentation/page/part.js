@@ -82,7 +82,7 @@ const part = {
   aside: (place) => (state.epsilon ? `; measured at ε = ${numberText(coordinateAt("epsilon", place), 2)}, the motion is drawn at ε = ${numberText(state.epsilon, 2)}` : ""),
   landmarks: namedBodies,
   lecture: lectureOfBodies,
-  leave: () => ({ shaken: null }),
+  leave: endLecture,
   begin: () => motion.end && (seek(0), motion.player.set(true)),
   first: () => (theMap.start.whole ? state.place : mostUnstable()),
   opening: () => (state.epsilon ??= LARGE_ENOUGH),
