@@ -587,6 +587,8 @@ SMALL = """() => [...document.querySelectorAll("body *")].filter((one) => one.ch
 def test_a_lecture_of_five_steps_fits_the_screen_in_large_letters(visit, shapes_path):
     width, height = 1280, 720
     page = visit(shapes_path, viewport={"width": width, "height": height}).page
+    chosen = "document.querySelector('[data-side=y] select').selectedOptions[0].textContent"
+    assert page.evaluate(chosen) == page.locator("#map .ytitle").text_content()
     page.keyboard.press("l")
     titles = set()
     for step in range(1, 6):

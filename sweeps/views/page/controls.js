@@ -109,11 +109,21 @@ function buildControls() {
       control.show(state.place[theMap.order.indexOf(name)]);
       control.hidden = (able.length > 0 && (name === state.x || name === state.y)) || (part.hides ?? []).includes(name);
     }
-    for (const side of planeControls) selectOption(side.querySelector("select"), state[side.dataset.side]);
+    for (const side of planeControls) {
+      const select = side.querySelector("select");
+      selectOption(select, state[side.dataset.side]);
+      for (const option of select.options) option.textContent = axisText(side.dataset.side, option.value);
+    }
     selectOption(bar.querySelector("[data-color] select"), state.color);
   };
   onChange(show);
   show();
+}
+
+/** Return the words of a choice of an axis: those that stand at the axis, if it is chosen. */
+function axisText(side, name) {
+  const slant = side === "y" && name === state.y ? part.slanted?.() : null;
+  return slant?.label ?? symbolText(name);
 }
 
 function planeControl(side, able) {
