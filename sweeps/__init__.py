@@ -1,8 +1,8 @@
 """Stability of rotating rigid bodies and other mechanical systems: measured maps, motions and answers.
 
-Each command of `polhode` is a function here: `survey`, `open_map`, `point`, `body`, `uncertainty`, `tumbler`, `motion`,
-`certify`, `run`, and `content_hash` identifies a map; pictures are in `sweeps.plot` and `ds.polhode`. Numbers are in SI
-units, or text with a unit: "30 rpm".
+Each command of `polhode` is a function here: `survey`, `open_map`, `point`, `critical`, `body`, `uncertainty`,
+`tumbler`, `motion`, `certify`, `run`, and `content_hash` identifies a map; pictures are in `sweeps.plot` and
+`ds.polhode`. Numbers are in SI units, or text with a unit: "30 rpm".
 
     >>> import sweeps
     >>> ds = sweeps.survey(I1=1.0, I2=2.0, I3=2.5, omega0="60 rpm", axes=[2])
@@ -154,6 +154,46 @@ def point(ds: "xr.Dataset | str | Path", **coordinates: "Quantity") -> "xr.Datas
 
     plot.register()
     return selection.select_point(ds, coordinates)[0]
+
+
+def critical(
+    ds: "xr.Dataset | str | Path", along: str, *, definition: str | None = None, **coordinates: "Quantity"
+) -> "xr.Dataset":
+    """Return the values of a parameter at which the regime of a map changes, refined between its grid points.
+
+    The smooth invariants of linear theory are solved for their zeros by measuring the system at new points; pairs of
+    zeros between neighbouring grid points are found by an extremum between them.
+
+    Args:
+        ds: a map of equilibria, relative equilibria or periodic motions over a grid, or its path.
+        along: the parameter; the changes are those on each line along it, in the direction of growing values.
+        definition: name or path of the map's definition, if its system is a Python file.
+        coordinates: dimension → value, to which the lines are restricted; the nearest grid value is used.
+
+    Returns:
+        A Dataset over `change`, with the coordinates of each line: `critical_value`, in the unit of the parameter, from
+        measured invariants (missing where the fastest growth passes from one mode to another, which no invariant
+        shows), `critical_value_error`, a bound on its distance from the critical value of the equations,
+        `critical_value_theory`; `kind` (divergence, flutter, period_doubling, positive_multiplier, krein, restabilised,
+        or undecided, if a regime beside it is not decided, or not measured as predicted); `regime_before` and
+        `regime_after`, measured; `critical_mode`, the number of its mode, eigenvalue or multiplier (from 1), and
+        `frequency_theory` (rad s-1) of it near the change. Zeros less than 1e-11 of the invariant's range beyond 0 are
+        not searched for.
+
+    Raises:
+        RefusedError: for a map without modes, a parameter with fewer than three values, and a name or value that the
+            map does not have.
+
+    Example:
+        >>> ds = sweeps.survey(system="sleeping_top", spin_rate=[3.0, 4.0, 5.0, 6.0])
+        >>> changes = sweeps.critical(ds, "spin_rate")  # 2 √(I1 m g l)/I3
+        >>> changes.kind.item(), round(changes.critical_value.item(), 9)
+        ('restabilised', 4.714045208)
+    """
+    from sweeps.maps import critical_values
+
+    plot.register()
+    return critical_values.find_critical_values(ds, along, coordinates, definition)
 
 
 def body(
@@ -440,6 +480,7 @@ __all__ = [
     "body",
     "certify",
     "content_hash",
+    "critical",
     "motion",
     "open_map",
     "plot",

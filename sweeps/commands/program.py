@@ -36,8 +36,14 @@ exit status: 0 done; 2 invalid input, or not enough memory or disk (see message;
 
 # each adds its command to the parser, in the order of the help
 COMMANDS: tuple[Callable, ...] = (definitions.add_check, definitions.add_run, maps.add_show, maps.add_point)
-COMMANDS += (maps.add_slice, bodies.add_body, bodies.add_motion, certifying.add_certify, bodies.add_cases)
-COMMANDS += (bodies.add_tumbler, definitions.add_compile, definitions.add_shard, definitions.add_merge)
+COMMANDS += (maps.add_critical, maps.add_slice, bodies.add_body, bodies.add_motion, certifying.add_certify)
+COMMANDS += (
+    bodies.add_cases,
+    bodies.add_tumbler,
+    definitions.add_compile,
+    definitions.add_shard,
+    definitions.add_merge,
+)
 COMMANDS += (maps.add_figures, maps.add_report, maps.add_verify, definitions.add_schema)
 
 

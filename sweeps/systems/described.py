@@ -26,6 +26,7 @@ from sweeps.schema.parameters import Range, grid_model, mapping, spread
 from sweeps.schema.refusals import DescriptionError
 from sweeps.schema.values import number
 from sweeps.schema.variables import Parameter, Quantity, Variable, coordinates_of, table
+from sweeps.systems.invariants import Columns, Invariant
 from sweeps.systems.system import Dynamics, Example, Points
 
 if TYPE_CHECKING:
@@ -61,6 +62,11 @@ class Described(Dynamics):
     several: Mapping[str, str] = {"equilibrium": "equilibria"}
     literature: ClassVar[str]  #: source of the theory, if the description names none
     map_content: ClassVar[str]  #: quantity that its map shows
+    modes_are_separate: ClassVar[bool] = False  #: True if each mode of a point has a regime of its own
+    num_jumping_invariants: ClassVar[int] = 0  #: number of the last invariants, which jump and have no extremum there
+    #: regime that begins → kind of the change; with pairs of multipliers flutter begins by Krein's collision
+    change_kinds: Mapping[str, str] = {"unstable": "divergence", "flutter": "flutter"}
+    paired_change_kinds: Mapping[str, str] = {}
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
         self.name, self.folder, self.source = name, folder, source
@@ -70,6 +76,23 @@ class Described(Dynamics):
     @abstractmethod
     def numbers(self) -> dict[str, np.ndarray]:
         """Return the last dimension: modes or eigenvalues of an equilibrium."""
+
+    @abstractmethod
+    def has_pairs(self, columns: Columns) -> np.ndarray:
+        """Return True for points with eigenvalues in pairs ±μ, or multipliers in pairs μ, 1/μ, by rounding."""
+
+    @abstractmethod
+    def invariants(self, columns: Columns, has_pairs: np.ndarray) -> Invariant:
+        """Return the invariants of points; those that decide nothing there are NaN. See `sweeps.systems.invariants`.
+
+        Args:
+            columns: of points, with the eigenvalues or multipliers of each.
+            has_pairs: True for points on lines of points with pairs.
+        """
+
+    @abstractmethod
+    def critical_modes(self, columns: Columns) -> tuple[np.ndarray, np.ndarray]:
+        """Return number and frequency (rad s-1) of the mode of each point that grows fastest, by linear theory."""
 
     def constants(self) -> dict[str, Any]:
         """Return the class attributes of its definitions' model that the description determines."""

@@ -16,6 +16,7 @@ from sweeps.schema.values import Phase, Positive, Tolerance, number
 from sweeps.schema.variables import Parameter, Quantity, Variable
 from sweeps.systems import rates
 from sweeps.systems.described import MECHANICS, PATHS, PLANNING, SEARCH, Described
+from sweeps.systems.invariants import Columns, Invariant
 from sweeps.systems.shared_variables import make_epsilon, make_layout, parse_rows, regime_pair, run_rows
 from sweeps.systems.system import Example
 
@@ -146,6 +147,7 @@ class Oscillator(Described):
     library = MECHANICS / "library"
     base_model = OscillatorDefinition
     spectrum = ("mode",)
+    modes_are_separate = True
     several: Mapping[str, str] = {**Described.several, "mode": "modes"}
     literature = "Landau and Lifshitz, Mechanics, section 23"
     map_content = "measured rates of small oscillations about each equilibrium, compared with linear theory"
@@ -185,6 +187,19 @@ class Oscillator(Described):
         degenerate = DEGENERATE if definition.integration.degenerate else {}
         branches = BRANCHES if self.description.follow else {}
         return VARIABLES | self.places() | degenerate | branches
+
+    def has_pairs(self, columns: Columns) -> np.ndarray:
+        """Return True: forces have a potential."""
+        return np.ones(len(columns["status"]), dtype=bool)
+
+    def invariants(self, columns: Columns, has_pairs: np.ndarray) -> Invariant:
+        """Return Ω² of the mode, extrapolated to zero amplitude."""
+        names = ("omega_squared_theory", "omega_squared_reduced", "omega_squared_reduced_error")
+        return Invariant(*(columns[name][None] for name in names))
+
+    def critical_modes(self, columns: Columns) -> tuple[np.ndarray, np.ndarray]:
+        """Return 1, the number among the modes of a point that is one mode, and the frequency 0."""
+        return np.ones(len(columns["status"]), dtype=np.int64), np.zeros(len(columns["status"]))
 
     def columns(self, points: Mapping[str, np.ndarray], integration: OscillatorIntegration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.normal_modes`."""

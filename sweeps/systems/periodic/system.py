@@ -18,7 +18,9 @@ from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import Strict, mapping
 from sweeps.schema.values import Tolerance
 from sweeps.schema.variables import Role, Variable, table
+from sweeps.systems import invariants
 from sweeps.systems.described import ENCLOSURES, MECHANICS, PATHS, Described
+from sweeps.systems.invariants import Columns, Invariant
 from sweeps.systems.reintegration import rates_of
 from sweeps.systems.shared_variables import make_epsilon, make_layout, make_status, parse_rows, regime_pair, with_theory
 from sweeps.systems.system import Example, Reference
@@ -140,6 +142,11 @@ class Periodic(Described):
     library = MECHANICS / "library" / "periodic"
     base_model = PeriodicDefinition
     marker = "phase_residual"
+    change_kinds: Mapping[str, str] = {
+        "unstable": "positive_multiplier",
+        **{name: name for name in ("period_doubling", "flutter")},
+    }
+    paired_change_kinds: Mapping[str, str] = {"flutter": "krein"}
     literature = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"
     map_content = "measured multipliers of a periodic motion, compared with the variational flow"
 
@@ -172,6 +179,19 @@ class Periodic(Described):
         if self.description.kept:
             names += [(p.velocity.name, f"{p.unit} s-1", f"rate of change of {p.meaning}") for p in variables]
         return table(*(Variable(f"{n}_start", unit, f"{words}, where a period begins") for n, unit, words in names))
+
+    def has_pairs(self, columns: Columns) -> np.ndarray:
+        """Return True if the measured multipliers come in pairs of product 1 but for rounding."""
+        return ~(columns["reciprocity_residual"] > invariants.MAX_RECIPROCITY_RESIDUAL)
+
+    def invariants(self, columns: Columns, has_pairs: np.ndarray) -> Invariant:
+        """Return the invariants of multipliers in pairs, and of growth."""
+        growth = [invariants.of_column(columns, "growth_per_period")]
+        return invariants.stack(invariants.of_multipliers(columns), growth, has_pairs)
+
+    def critical_modes(self, columns: Columns) -> tuple[np.ndarray, np.ndarray]:
+        """Return number and frequency of the multiplier that grows fastest."""
+        return invariants.fastest_mode(columns["exponent_real_theory"], columns["exponent_imag_theory"])
 
     def columns(self, points: Mapping[str, np.ndarray], integration: OnePeriod) -> dict[str, np.ndarray]:
         """Return the columns of the variational flow and of the measurement; see `sweeps.mechanics.periodic`."""

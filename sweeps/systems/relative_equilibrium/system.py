@@ -18,7 +18,9 @@ from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import key, mapping
 from sweeps.schema.values import Positive, Tolerance, integer
 from sweeps.schema.variables import Role, Variable, table
+from sweeps.systems import invariants
 from sweeps.systems.described import MECHANICS, PLANNING, SEARCH, Described
+from sweeps.systems.invariants import Columns, Invariant
 from sweeps.systems.reintegration import rates_of
 from sweeps.systems.shared_variables import make_epsilon, make_layout, parse_rows, regime_pair, run_rows, with_theory
 from sweeps.systems.system import Cost, Example, Reference
@@ -112,6 +114,7 @@ class RelativeEquilibrium(Described):
     library = MECHANICS / "library" / "relative"
     base_model = FlowDefinition
     marker = "eigenvalue"
+    num_jumping_invariants = 1  # the squared difference jumps if a third eigenvalue grows faster
     spectrum = ("eigenvalue",)
     several: Mapping[str, str] = {**Described.several, "eigenvalue": "eigenvalues"}
     literature = "Merkin, Introduction to the Theory of Stability, chapter 6"
@@ -136,6 +139,19 @@ class RelativeEquilibrium(Described):
         change = "  1  largest change of the conserved {}, relative [check]"
         drifts = parse_rows(*(f"{name}_drift{change.format(name.replace('_', ' '))}" for name in model.quantities))
         return VARIABLES | (INVARIANTS if model.n == 4 else {}) | drifts | self.places()
+
+    def has_pairs(self, columns: Columns) -> np.ndarray:
+        """Return True if the odd power sums of the eigenvalues vanish but for rounding."""
+        return ~(invariants.odd_power_sums(columns) > invariants.MAX_ODD_SUM)
+
+    def invariants(self, columns: Columns, has_pairs: np.ndarray) -> Invariant:
+        """Return the invariants of eigenvalues in pairs, of growth, and of the meeting of two eigenvalues."""
+        growth = [invariants.of_column(columns, "growth_rate"), invariants.squared_difference(columns)]
+        return invariants.stack(invariants.of_paired_eigenvalues(columns), growth, has_pairs)
+
+    def critical_modes(self, columns: Columns) -> tuple[np.ndarray, np.ndarray]:
+        """Return number and frequency of the eigenvalue that grows fastest."""
+        return invariants.fastest_mode(columns["eigenvalue_real_theory"], columns["eigenvalue_imag_theory"])
 
     def columns(self, points: Mapping[str, np.ndarray], integration: FlowIntegration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.relative`."""
