@@ -79,6 +79,10 @@ tumbling = _named_figure("tumbling", "Draw the ratio of both periods of a tumbli
 herpolhode = _named_figure(
     "herpolhode", "Draw the herpolhode: the curve of the angular velocity in the plane normal to the angular momentum."
 )
+sense = _named_figure(
+    "sense", "Draw the final sense of spin of a body that loses energy over the hemisphere of its starts."
+)
+settling = _named_figure("settling", "Draw the times until bodies that lose energy are in a flat spin, over the loss.")
 outlook = _named_figure("outlook", "Draw the probability that each spin of bodies with uncertain moments is unstable.")
 
 NAMES = tuple(_names)

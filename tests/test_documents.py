@@ -6,6 +6,7 @@ import pytest
 
 import sweeps
 from sweeps.handbook import generated
+from sweeps.systems.dissipative_body import system as dissipative
 from sweeps.systems.observed_periods import system as observed_periods
 from sweeps.systems.oscillator import system as oscillator
 from sweeps.systems.periodic import system as periodic
@@ -32,6 +33,8 @@ TABLES = [  # marker in results/README.md, and the variables of the code
     ("twist, variables", twist.VARIABLES),
     ("tumbling, coordinates", tumbling.LAYOUT.coordinates),
     ("tumbling, variables", tumbling.VARIABLES),
+    ("dissipative body, coordinates", dissipative.LAYOUT.coordinates),
+    ("dissipative body, variables", dissipative.VARIABLES),
     ("observed periods, coordinates", observed_periods.LAYOUT.coordinates),
     ("observed periods, variables", observed_periods.VARIABLES),
     ("pumped body, coordinates", pumped_body.COORDINATES),

@@ -1,1 +1,1 @@
-"""Free rotations followed for revolutions: flips, twist, periods of tumbling and precession."""
+"""Free rotations followed for revolutions: flips, twist, tumbling, precession, flat spin."""

@@ -33,6 +33,7 @@ SMALL = {
     "rigid_body": {"axes": [1, 2], "grid": {"I1": [1.0, 2.0], "I2": 1.5, "I3": 3.0, "omega0": [1.0, -2.0]}},
     "twist": {"grid": {"I1": [0.3, 0.5], "I2": 1.0, "I3": 1.2, "chi": [0.1, -0.4], "omega0": [1.0, 3.0]}},
     "tumbling": {"grid": {"I1": 0.4, "I2": 0.7, "I3": 1.0, "energy": [1.1, 1.6, 2.0], "omega0": [1.0, 2.0]}},
+    "dissipative_body": {"grid": {"I1": 1.0, "I2": [1.5, 2.0], "I3": 3.0, "loss": 0.3, "from_angle": [0.1, 1.0]}},
     "observed_periods": {"grid": {"I1": 0.4, "I2": [0.7, 0.9], "I3": 1.0, "P_psi": [0.5, 6.0], "P_phi": 2.0}},
     "uncertain_bodies": {
         "bodies": [{"name": "A", "I1": 1.0, "I2": 1.5, "I3": 2.2}, {"name": "B", "tensor": TENSOR}],
@@ -92,7 +93,7 @@ def test_a_definition_travels_between_processes(name):
 
 
 CUT = {
-    **{name: SMALL[name] for name in ("symmetric_top", "uncertain_bodies", "pumped_body")},
+    **{name: SMALL[name] for name in ("symmetric_top", "uncertain_bodies", "pumped_body", "dissipative_body")},
     "bead_on_hoop": {"grid": {"spin_rate": np.linspace(0, 10, 7), "radius": [0.5, 2.0]}},
     "sleeping_top": {"grid": {"spin_rate": [3.0, 4.7, 4.8, 6.0], "moment_of_weight": [0.0, 2.0]}},
 }

@@ -1,4 +1,4 @@
-// A body whose moments change periodically, by steps of Runge and Kutta: the angular momentum keeps its size alone.
+// A body whose moments change periodically, or that loses energy, by steps of Runge and Kutta: L keeps its size alone.
 
 const STEPS_A_TURN = 160; // of the body's turn or of the modulation, whichever is shorter
 const MOST_SHAKEN = 60000; // steps
@@ -8,7 +8,7 @@ class ShakenTrajectory {
   constructor(given, rotation) {
     const { moments, shaken } = given;
     Object.assign(this, { moments, shaken, unit: 1, roles: [], flipPeriod: NaN, isStationary: false, p: NaN });
-    const spin = perturbedSpin(given);
+    const spin = given.omega ?? perturbedSpin(given);
     this.start = spin.map((w, i) => (w * moments[i]) / this.momentsAt(0)[i]); // L is that of the mean moments
     this.size = Math.hypot(...spin.map((w, i) => w * moments[i]));
     const turn = Math.min(rotation, (2 * Math.PI) / shaken.frequency);
@@ -28,9 +28,10 @@ class ShakenTrajectory {
     });
   }
 
-  /** d/dt of (L, q): L × ω, and half of q times ω. */
+  /** d/dt of (L, q): L × w, and half of q times w, with w = ω + α L × ω where energy is lost at α = loss/|L|. */
   slope([A, B, C], [x, y, z, a, b, c, d]) {
-    const [u, v, w] = [x / A, y / B, z / C];
+    const lost = (this.shaken.loss ?? 0) / this.size;
+    const [u, v, w] = [x / A + lost * y * z * (1 / C - 1 / B), y / B + lost * z * x * (1 / A - 1 / C), z / C + lost * x * y * (1 / B - 1 / A)];
     const turn = [-b * u - c * v - d * w, a * u + c * w - d * v, a * v + d * u - b * w, a * w + b * v - c * u];
     return [y * w - z * v, z * u - x * w, x * v - y * u, 0.5 * turn[0], 0.5 * turn[1], 0.5 * turn[2], 0.5 * turn[3]];
   }

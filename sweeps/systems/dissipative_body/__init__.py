@@ -1,0 +1,1 @@
+"""A free rigid body that loses energy at constant angular momentum."""
