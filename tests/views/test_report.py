@@ -304,3 +304,21 @@ def test_moments_of_shapes_are_coordinates_of_the_page(shapes, pages):
 def test_a_definition_says_where_its_page_opens(tmp_path):
     data = data_of(write_report(sweeps.survey(PLANE | {"start_at": {"axis": 1, "I1": 0.8}}), tmp_path / "r.html"))
     assert data["start"]["link"] == "axis=1&I1=0.8"
+
+
+SIDES = {  # system → grid; the vertical parameter first
+    "gravity_gradient": {"k1": [-0.3, 0.2, 0.5], "k3": [-0.2, 0.1, 0.4]},
+    "mathieu": {"a": [0.1, 0.5, 1.0], "q": [0.1, 0.3, 0.5]},
+    "bead_on_hoop": {"radius": [0.3, 0.5, 0.7], "spin_rate": [2.0, 5.0, 8.0]},
+}
+
+
+@pytest.mark.parametrize("system", SIDES)
+def test_the_page_opens_with_the_sides_of_the_picture(system, tmp_path):
+    ds = sweeps.survey({"system": system, "grid": SIDES[system]})
+    x, y = data_of(write_report(ds, tmp_path / "r.html"))["start"]["plane"]
+    assert [y, x] == [*SIDES[system]]
+    figure = next(draw() for name, draw in systems.presentation_of(ds).figures(ds).items() if "against" not in name)
+    ends = [(ax.get_xlim(), ax.get_ylim()) for ax in figure.axes]
+    assert any(np.ptp(across) == pytest.approx(1.5 * np.ptp(ds[x].values)) for across, _ in ends)  # half a cell at either end
+    assert any(np.ptp(up) == pytest.approx(1.5 * np.ptp(ds[y].values)) for _, up in ends)

@@ -1,6 +1,6 @@
 """Presentation of a system's maps: figures, animations, page, and the appearance of flags and parameters."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from importlib import import_module
@@ -45,6 +45,19 @@ class Page:
     needs: frozenset[str] = frozenset()  #: variables that a map must have; without them it has the plain page
 
 
+def longest_parameters(values: Any, panels: Collection[str]) -> tuple[str, str | None, str | None]:
+    """Return (x, y, third): names of the two longest dimensions, and of a third that varies; None if there is none.
+
+    Dimensions in `panels`, which have a panel (one of the figure's axes) for each value, are excluded.
+    """
+    names = [str(name) for name in values.dims if name not in panels]
+    free_names = sorted((name for name in names if values.sizes[name] > 1), key=lambda name: -values.sizes[name])
+    if len(free_names) < 2:
+        return (*free_names, names[0])[0], None, None
+    y, x = sorted(free_names[:2], key=names.index)
+    return x, y, free_names[2] if len(free_names) > 2 else None
+
+
 class Presentation:
     """Presentation of the maps of one system; the base class draws maps of points alone.
 
@@ -54,6 +67,9 @@ class Presentation:
     appearance: Appearance = Appearance()  #: flags and parameters in figures, terminal and page
     base_page: Page = Page()  #: the system's content of the page, of every map
     minimum_dims: tuple[str, ...] = ()  #: names of the dimensions that start at their least value on the page
+    #: variable of the picture over a plane of parameters, and its dimensions with a panel for each value; the page
+    #: opens with the same plane. (): the page's own choice, the two longest dimensions in storage order.
+    plane_variable: tuple[str, tuple[str, ...]] | tuple[()] = ()
     #: (name, "module.function" of this package that draws it from a map) of each figure.
     figure_paths: tuple[tuple[str, str], ...] = ()
     compared: tuple[Compared, ...] = ()  #: the measured quantities that a figure compares with theory
@@ -95,7 +111,11 @@ class Presentation:
 
     def opening(self, ds: Dataset) -> Opening:
         """Return the initial view of the page of a map."""
-        return Opening(at={name: float(ds[name].values.min()) for name in self.minimum_dims if name in ds.dims})
+        plane = ()
+        if self.plane_variable:
+            name, panels = self.plane_variable
+            plane = tuple(filter(None, longest_parameters(ds[name], panels)[:2]))
+        return Opening(plane, {name: float(ds[name].values.min()) for name in self.minimum_dims if name in ds.dims})
 
     def page(self, ds: Dataset) -> Page:
         """Return the system's content of the page of a map."""

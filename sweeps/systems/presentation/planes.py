@@ -14,19 +14,6 @@ from sweeps.systems.presentation.appearance import Appearance
 MAX_DRAWN = 400  # values per dimension of a panel
 
 
-def longest_parameters(values: xr.DataArray, panels: Collection[str]) -> tuple[str, str | None, str | None]:
-    """Return (x, y, third): names of the two longest dimensions, and of a third that varies; None if there is none.
-
-    Dimensions in `panels`, which have a panel (one of the figure's axes) for each value, are excluded.
-    """
-    names = [str(name) for name in values.dims if name not in panels]
-    free_names = sorted((name for name in names if values.sizes[name] > 1), key=lambda name: -values.sizes[name])
-    if len(free_names) < 2:
-        return (*free_names, names[0])[0], None, None
-    y, x = sorted(free_names[:2], key=names.index)
-    return x, y, free_names[2] if len(free_names) > 2 else None
-
-
 def cut_indices(values: xr.DataArray, panel_sides: Iterable[str | None], full_dims: Collection[str | None]) -> dict:
     """Return dimension → indices at which a figure cuts a variable.
 

@@ -20,6 +20,7 @@ class OscillatorPresentation(Presentation):
 
     appearance = APPEARANCE
     minimum_dims = ("epsilon",)
+    plane_variable = ("omega_squared", ("equilibrium", "mode"))
     base_page = Page(_FILES, "Where are the equilibria, are they stable, and how accurate are the rates?")
     figure_paths = (("oscillations", "figure_oscillations.draw"),)
     compared = (Compared(("frequency",), "oscillates in theory"), Compared(("growth_rate",), "grows in theory"))

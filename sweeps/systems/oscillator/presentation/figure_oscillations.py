@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
 from sweeps.schema.iteration import spaced_indices
 from sweeps.systems.oscillator.system import REGIMES
-from sweeps.systems.presentation import planes
+from sweeps.systems.presentation import longest_parameters, planes
 from sweeps.systems.presentation.appearance import Appearance, Mark, missing_words
 from sweeps.systems.presentation.regimes import draw_points
 
@@ -34,7 +34,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
     Equal panels are drawn once; a mode that is marginal everywhere is named only.
     """
-    x, y, _ = planes.longest_parameters(ds["omega_squared"], ("equilibrium", "mode"))
+    x, y, _ = longest_parameters(ds["omega_squared"], ("equilibrium", "mode"))
     subset = _select(ds, x, y)
     panels, marginal = _panels(subset)
     coordinates = [name for name in map(str, ds.data_vars) if name.endswith("_equilibrium")]

@@ -25,6 +25,7 @@ class PeriodicPresentation(Presentation):
 
     appearance = APPEARANCE
     minimum_dims = ("epsilon",)
+    plane_variable = ("regime", ())
     compared = COMPARED
     base_page = Page(
         (*moving.FILES, Path(__file__).parent / "page" / "part.js"),

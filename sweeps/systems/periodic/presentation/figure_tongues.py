@@ -11,7 +11,7 @@ from scipy.linalg import eigvalsh_tridiagonal
 
 from kernels.flow.codes import REGIMES
 from sweeps.figure import axis_scales, canvas, colors, wording
-from sweeps.systems.presentation import planes
+from sweeps.systems.presentation import longest_parameters, planes
 from sweeps.systems.presentation.appearance import Appearance
 from sweeps.systems.presentation.regimes import Regimes
 
@@ -47,7 +47,7 @@ def draw(
         The figure; None if fewer than two parameters vary, or if it had a single colour.
     """
     subset = ds[["regime", "growth_per_period", "status", *_margins(ds)]].sel(at)
-    x, y, third = planes.longest_parameters(subset["regime"], ())
+    x, y, third = longest_parameters(subset["regime"], ())
     if y is None:
         return None
     subset = subset.isel(planes.cut_indices(subset["regime"], (x, y), (third,))).load()

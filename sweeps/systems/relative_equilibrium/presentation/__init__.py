@@ -27,6 +27,7 @@ class RelativeEquilibriumPresentation(Presentation):
 
     appearance = APPEARANCE
     minimum_dims = ("epsilon",)
+    plane_variable = ("growth_rate", ("equilibrium", "eigenvalue"))
     base_page = Page(
         (*moving.FILES, *(_PAGE / name for name in ("spectrum.html", "spectrum.js", "part.js"))),
         "Which equilibria are stable, which flutter, and how accurate are the eigenvalues?",

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
-from sweeps.systems.presentation import planes
+from sweeps.systems.presentation import longest_parameters, planes
 from sweeps.systems.presentation.regimes import Regimes, draw_points, regimes_with_rate, round_up
 from sweeps.systems.relative_equilibrium.presentation import APPEARANCE
 from sweeps.systems.relative_equilibrium.system import REGIMES
@@ -23,7 +23,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     If nothing grows or decays in any panel, colours are angular frequencies; a panel of one colour is described in
     words.
     """
-    x, y, third = planes.longest_parameters(ds["growth_rate"], ("equilibrium", "eigenvalue"))
+    x, y, third = longest_parameters(ds["growth_rate"], ("equilibrium", "eigenvalue"))
     subset = _select_planes(ds, x, y, third)
     top = round_up(np.abs(subset["relative"].values)) if y else 0.0
     panels, uniform_panels = _split_panels(ds, subset, third, top)
