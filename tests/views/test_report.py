@@ -319,6 +319,6 @@ def test_the_page_opens_with_the_sides_of_the_picture(system, tmp_path):
     x, y = data_of(write_report(ds, tmp_path / "r.html"))["start"]["plane"]
     assert [y, x] == [*SIDES[system]]
     figure = next(draw() for name, draw in systems.presentation_of(ds).figures(ds).items() if "against" not in name)
-    ends = [(ax.get_xlim(), ax.get_ylim()) for ax in figure.axes]
-    assert any(np.ptp(across) == pytest.approx(1.5 * np.ptp(ds[x].values)) for across, _ in ends)  # half a cell at either end
+    ends = [(ax.get_xlim(), ax.get_ylim()) for ax in figure.axes]  # with half a cell at either end
+    assert any(np.ptp(across) == pytest.approx(1.5 * np.ptp(ds[x].values)) for across, _ in ends)
     assert any(np.ptp(up) == pytest.approx(1.5 * np.ptp(ds[y].values)) for _, up in ends)
