@@ -53,11 +53,13 @@ class BodySetting(TypedDict, total=False):
 
 
 class PeriodErrors(TypedDict, total=False):
-    """Unit and standard errors of the periods of `sweeps.tumbler`; see there."""
+    """Unit, convention and standard errors of the arguments of `sweeps.tumbler`; see there."""
 
     unit: str
     sigma_psi: "Quantity"
     sigma_phi: "Quantity"
+    sigma_ratios: tuple[float, float]
+    convention: str
 
 
 def __getattr__(name: str) -> str:
@@ -444,22 +446,28 @@ def tumbler(
     sigma_psi: "Quantity" = 0.0,
     sigma_phi: "Quantity" = 0.0,
     ratios: tuple[float, float] | None = None,
+    sigma_ratios: tuple[float, float] = (0.0, 0.0),
+    convention: str = "long",
 ) -> "list[dict[str, Any]] | xr.Dataset":
     """Return the energies of a tumbling body that give two observed periods.
 
     Args:
         P_psi: period of the angular velocity in the body.
         P_phi: mean period of its axis of least moment about the angular momentum (the long-axis convention).
-        unit: of both periods and their errors where they are numbers: "s", "h" or "d".
+        unit: of both periods and their errors where they are numbers: "s", "min", "h" or "d".
         sigma_psi: standard error of P_psi.
         sigma_phi: standard error of P_phi.
         ratios: (I1/I3, I2/I3) of one body; left out, every possible body.
+        sigma_ratios: standard errors of both ratios.
+        convention: "long", or "short" if P_phi is of the axis of greatest moment, or "unknown" if both are periods of
+            lines of a light curve, in any order.
 
     Returns:
         With `ratios`, for each mode {mode, verdict, sigma, least_ratio} and, if a motion has both periods, {energy,
         energy_stderr, m, omega0}: the energy 2T I3/L^2 and omega0 = L/I3 in rad s-1, NaN if the separatrix is so
-        near that the energy is not determined. Else the map of the system `observed_periods` over all shapes of bodies,
-        as `survey` gives it.
+        near that the energy is not determined, nutation, the angles of the long axis from L, and P_phi_short_axis. In
+        an unknown convention, {lines, P_psi, P_phi, modes} of each pair of periods that a body can have. Else the map
+        of the system `observed_periods` over all shapes of bodies, as `survey` gives it.
 
     Raises:
         DefinitionError: for ratios of no rigid body, and for numbers out of range.
@@ -468,10 +476,13 @@ def tumbler(
         >>> [answer["verdict"] for answer in sweeps.tumbler(368.7, "67.27 h", ratios=(0.36, 0.96))]
         ['possible', 'possible']
     """
-    from sweeps.systems.observed_periods import answers
+    from sweeps.systems.observed_periods import answers, assignments
 
     periods = answers.TwoPeriods(P_psi, P_phi, sigma_psi, sigma_phi, unit)
-    return survey(periods.definition) if ratios is None else answers.periods_of_body(periods, ratios)
+    if convention == "unknown":
+        return assignments.list_assignments(periods, ratios, sigma_ratios)
+    periods = assignments.known_periods(periods, convention)
+    return survey(periods.definition) if ratios is None else answers.periods_of_body(periods, ratios, sigma_ratios)
 
 
 __all__ = [

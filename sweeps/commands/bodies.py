@@ -21,6 +21,7 @@ NAME may be a part of a name: `polhode body racket`. Without NAME the bodies are
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3
   polhode body --mesh racket.stl --density "0.6 g/cm3" --unit mm
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3 --omega 0 0 "5 rpm"
+  polhode body --rotational "27.88 cm-1" "14.52 cm-1" "9.278 cm-1"
   polhode body robot.urdf --link forearm
   polhode body robot.urdf -o links.yaml
 
@@ -28,6 +29,8 @@ NAME may be a part of a name: `polhode body racket`. Without NAME the bodies are
 
 A tensor, and each link of a robot file (URDF, SDF, MJCF), is checked. If no rigid body has it, or if it is unlikely for
 --mass, --size and --centre or for mass and shapes of the link, the causes that explain it are listed.
+
+Of a flat molecule (--rotational, or moments such as "0.6 amu Å2"), an inertial defect up to 3 % is reported.
 
 With --uncertainty bodies are sampled and each is measured: the probability that each spin is unstable, and the growth
 rates. X is a fraction of the moments, or of the tensor's entries where that is given (5%), or a mapping as in a
@@ -179,7 +182,7 @@ def _body_motion(args, _):
         allowed = "its name or Python file as NAME"
         raise DefinitionError(f"--start, --parameter: are of a described system; allowed: {allowed}")
     if body is None:
-        raise DefinitionError("NAME: is missing; allowed: NAME, --moments, --ratios, --tensor or --mesh")
+        raise DefinitionError("NAME: is missing; allowed: NAME, or moments, a mesh or another form of a body")
     start = {name: value for name in SPIN if (value := getattr(args, name)) is not None}
     if args.omega:
         start |= dict(zip(RATES, args.omega, strict=True))
@@ -249,10 +252,13 @@ def _cases(args):
 
 TUMBLER = """\
 P_psi is the period of the angular velocity in the body, P_phi the mean period of its axis of least inertia about the
-angular momentum (the long-axis convention). With --ratios the answer is for one body, otherwise for all bodies:
+angular momentum (the long-axis convention), or with --convention short that of its axis of greatest inertia. In the
+convention unknown both are lines of a light curve, and all pairs of periods that a body can have are listed. With
+--ratios the answer is for one body, otherwise for all bodies:
 
   polhode tumbler --P-psi 368.7 --P-phi 67.27 --unit h --ratios 0.36 0.96
   polhode tumbler --P-psi 6.58 --P-phi 8.67 --sigma-phi 0.34 -o oumuamua.nc --figure oumuamua.png
+  polhode tumbler --P-psi 7.35 --P-phi 6.58 --convention unknown --ratios 0.36 0.96 --sigma-ratios 0.02 0.02
 
 The energy is 2T I3/L^2: 1 for a spin about axis 3, I3/I2 on the separatrix, I3/I1 for a spin about axis 1. A mode is
 excluded where the ratio of both periods is below the minimum of the mode by more than 3 standard errors; without
@@ -270,8 +276,13 @@ def add_tumbler(commands) -> None:
     command.add_argument("--P-phi", type=parser.number, required=True, metavar="P", help="period about L")
     command.add_argument("--sigma-psi", type=parser.number, default=0.0, metavar="S", help="standard error of P_psi")
     command.add_argument("--sigma-phi", type=parser.number, default=0.0, metavar="S", help="standard error of P_phi")
-    command.add_argument("--unit", default="h", metavar="UNIT", help="unit of periods without one: s, h (default) or d")
+    text = "unit of periods without one: s, min, h (default) or d"
+    command.add_argument("--unit", default="h", metavar="UNIT", help=text)
+    text = "long: P_phi is of the axis of least inertia (default); short: of greatest inertia; unknown: both are lines"
+    command.add_argument("--convention", default="long", metavar="C", help=f"{text} of a light curve, in any order")
     command.add_argument("--ratios", nargs=2, type=float, metavar="R", help="I1/I3 and I2/I3 of one body")
+    text = "standard errors of the ratios"
+    command.add_argument("--sigma-ratios", nargs=2, type=float, default=(0.0, 0.0), metavar="S", help=text)
     parser.add_output(command, "write the map over all bodies (netCDF)", required=False)
     command.add_argument("--figure", metavar="FILE", help="draw the energies over all bodies (PNG)")
     parser.share(command, "--json")
@@ -279,19 +290,30 @@ def add_tumbler(commands) -> None:
 
 def _print_energies(args):
     """Print the energies in both modes that give two periods, of one body (--ratios) or as ranges over all bodies."""
-    from sweeps.systems.observed_periods import answers
+    from sweeps.systems.observed_periods import answers, assignments
     from sweeps.systems.observed_periods.system import WORDS
 
     periods = answers.TwoPeriods(args.P_psi, args.P_phi, args.sigma_psi, args.sigma_phi, args.unit)
-    if args.ratios and (args.output or args.figure):
-        wrong = "is given together with --output or --figure, which need all bodies"
-        raise DefinitionError(f"--ratios: {wrong}; allowed: one of them")
-    rows = answers.periods_of_body(periods, args.ratios) if args.ratios else _energies_of_all_bodies(args, periods)
+    is_known = args.convention != "unknown"
+    if (args.ratios or not is_known) and (args.output or args.figure):
+        wrong = "is given together with --output or --figure, which need all bodies and known periods"
+        raise DefinitionError(f"{'--ratios' if args.ratios else '--convention'}: {wrong}; allowed: one of them")
+    if is_known:
+        periods = assignments.known_periods(periods, args.convention)
+        body = args.ratios and answers.periods_of_body(periods, args.ratios, args.sigma_ratios)
+        rows = body or _energies_of_all_bodies(args, periods)
+    else:
+        rows = assignments.list_assignments(periods, args.ratios, args.sigma_ratios)
     if args.json:
         printing.print_json(rows)
         return
-    for row in rows:
+    for row in rows if is_known else ():
         printing.console().print(f"{WORDS[row['mode']]}: {answers.describe_row(row, periods)}")
+    for pair in () if is_known else rows:
+        text = f"P_psi = {pair['P_psi']:.6g} {args.unit}, P_phi = {pair['P_phi']:.6g} {args.unit}"
+        printing.console().print(f"{text} (lines {', '.join(pair['lines'])})")
+        for row in pair["modes"]:
+            printing.console().print(f"  {WORDS[row['mode']]}: {answers.describe_row(row, periods)}")
 
 
 def _energies_of_all_bodies(args, periods) -> list[dict]:

@@ -147,6 +147,7 @@ def add_moments(parser: Parser) -> None:
     parser.add_argument("--moments", nargs=3, help='I1 I2 I3, kg m2 ("12 kg cm2")', **quantities)
     parser.add_argument("--ratios", nargs=3, help="I1 I2 I3 in any one unit", **quantities)
     parser.add_argument("--tensor", nargs=9, help="tensor of inertia, row by row, kg m2", **quantities)
+    parser.add_argument("--rotational", nargs=3, help='rotational constants A B C, MHz ("27.88 cm-1")', **quantities)
     parser.add_argument("--mesh", metavar="FILE", help="a closed surface: STL, OBJ, PLY, OFF, GLB, DAE, TAB or TXT")
     parser.add_argument("--density", help="density of the mesh, kg m-3", **quantities)
     parser.add_argument("--mass", help="mass of the mesh, kg, in place of its density, or of the tensor", **quantities)
@@ -162,9 +163,11 @@ def add_moments(parser: Parser) -> None:
 
 def body(args: argparse.Namespace) -> str | dict | None:
     """Return the body of `add_body`: its name, or its entry in a definition; None if no body is given."""
-    ways = {way: getattr(args, way) for way in ("moments", "ratios", "tensor", "mesh") if getattr(args, way)}
+    ways = {
+        way: getattr(args, way) for way in ("moments", "ratios", "tensor", "mesh", "rotational") if getattr(args, way)
+    }
     if len(ways) + (args.name is not None) > 1:
-        allowed = "NAME, --moments, --ratios, --tensor or --mesh, one of them"
+        allowed = "NAME, --moments, --ratios, --tensor, --mesh or --rotational, one of them"
         raise DefinitionError(f"body: more than one is given; allowed: {allowed}")
     moments = ("I1", "I2", "I3")
     mesh = {"file": args.mesh, "density": args.density, "mass": args.mass, "unit": args.unit}
@@ -173,6 +176,7 @@ def body(args: argparse.Namespace) -> str | dict | None:
         "moments": lambda values: dict(zip(moments, values, strict=True)),
         "ratios": lambda values: {"ratios": dict(zip(moments, values, strict=True))},
         "tensor": lambda values: {"tensor": [values[i : i + 3] for i in (0, 3, 6)], **evidence},
+        "rotational": lambda values: {"rotational": values},
         "mesh": lambda file: {"name": file, "mesh": {key: value for key, value in mesh.items() if value is not None}},
     }
     name = args.name if args.link is None else f"{args.name}:{args.link}"

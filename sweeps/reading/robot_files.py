@@ -16,6 +16,7 @@ Source: URDF, wiki.ros.org/urdf/XML/link; SDFormat 1.11, sdformat.org/spec; MuJo
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial
+from itertools import product
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -36,7 +37,7 @@ MAX_SHAPE_BYTES = 2**25  # bytes of a mesh that is read for its size
 ENTRIES = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 FORMATS = "a URDF, SDF or MJCF file of at most 16 MiB without document type and entities"
 XACRO = "its expansion: xacro robot.urdf.xacro > robot.urdf (pip install xacro)"
-CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])  # corners of a cube of edge 2
+CORNERS = np.array(list(product((-1, 1), repeat=3)))  # corners of a cube of edge 2
 GEOM_SIZES = {"box": 3, "ellipsoid": 3, "sphere": 1, "cylinder": 2, "capsule": 2}  # type of MJCF → numbers of its size
 Pose = tuple[list[float], np.ndarray]  # position, m, and rotation matrix
 

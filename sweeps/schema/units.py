@@ -12,21 +12,23 @@ _SIGNS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--")
 _FACTOR = re.compile(r"(/?)\s*([^\W\d_]+|[°%]|1(?!\d))(-?\d)?[\s·*.]*")
 _NAMED = {  # name: (factor, power of pi in it, base units)
     "kg": ("1", 0, "kg"), "g": ("1/1000", 0, "kg"), "mg": ("1/1000000", 0, "kg"), "t": ("1000", 0, "kg"),
-    "lb": ("45359237/100000000", 0, "kg"),
+    "lb": ("45359237/100000000", 0, "kg"), "amu": ("1.66053906892e-27", 0, "kg"),
     "m": ("1", 0, "m"), "km": ("1000", 0, "m"), "cm": ("1/100", 0, "m"), "mm": ("1/1000", 0, "m"),
     "in": ("254/10000", 0, "m"), "ft": ("3048/10000", 0, "m"),
+    **dict.fromkeys(("angstrom", "Å", "\u212b"), ("1e-10", 0, "m")),  # the letter, and the sign of older keyboards
     "s": ("1", 0, "s"), "ms": ("1/1000", 0, "s"), "min": ("60", 0, "s"), "h": ("3600", 0, "s"), "d": ("86400", 0, "s"),
     "day": ("86400", 0, "s"), "days": ("86400", 0, "s"),
     "rad": ("1", 0, "rad"), "mrad": ("1/1000", 0, "rad"), "turn": ("2", 1, "rad"), "turns": ("2", 1, "rad"),
     "rev": ("2", 1, "rad"), "rpm": ("1/30", 1, "rad s-1"), "Hz": ("2", 1, "rad s-1"), "mHz": ("2/1000", 1, "rad s-1"),
+    "MHz": ("2000000", 1, "rad s-1"), "GHz": ("2000000000", 1, "rad s-1"),
     **dict.fromkeys(("deg", "degree", "degrees", "°"), ("1/180", 1, "rad")),
     "N": ("1", 0, "kg m s-2"), "J": ("1", 0, "kg m2 s-2"), "W": ("1", 0, "kg m2 s-3"),
     "1": ("1", 0, ""), "%": ("1/100", 0, ""),
 }  # fmt: skip
 _COMMON = (
-    "kg m2", "g m2", "kg cm2", "g cm2", "kg mm2", "g mm2", "t m2", "rad s-1", "s-1", "deg s-1", "rpm", "turn s-1", "Hz",
-    "deg h-1", "rad", "deg", "turn", "%", "kg", "g", "t", "lb", "m", "cm", "mm", "km", "in", "ft", "s", "min", "h", "d",
-    "kg m-3", "g cm-3", "m s-1", "km h-1", "m s-2", "N", "N m",
+    "kg m2", "g m2", "kg cm2", "g cm2", "kg mm2", "g mm2", "t m2", "amu Å2", "rad s-1", "s-1", "deg s-1", "rpm",
+    "turn s-1", "Hz", "deg h-1", "rad", "deg", "turn", "%", "kg", "g", "t", "lb", "m", "cm", "mm", "km", "in", "ft",
+    "s", "min", "h", "d", "kg m-3", "g cm-3", "m s-1", "km h-1", "m s-2", "N", "N m",
 )  # fmt: skip
 
 

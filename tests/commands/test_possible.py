@@ -48,10 +48,11 @@ def test_a_flat_body_and_a_rod_are_bodies(capsys, moments):
     printed_words(capsys, "body", "--tensor", moments[0], 0, 0, 0, moments[1], 0, 0, 0, moments[2])
 
 
-def test_a_body_of_a_definition_is_flagged_not_refused(capsys):
-    assert "no rigid body has these moments: I3 = 3.014835955e-47 > I1 + I2 = 2.933090482e-47" in printed_words(
-        capsys, "body", "water"
-    )
+def test_a_body_of_a_definition_is_flagged_not_refused(capsys, tmp_path):
+    assert "inertial defect 0.04923 amu Å², 2.7 % of the greatest moment" in printed_words(capsys, "body", "water")
+    (tmp_path / "mine.yaml").write_text("bodies: [{name: Brick, I1: 1, I2: 2, I3: 5, omega0: 2.0}]\n")
+    words = printed_words(capsys, "body", "brick", "--definition", tmp_path / "mine.yaml")
+    assert "no rigid body has these moments: I3 = 5 > I1 + I2 = 3" in words
 
 
 LISTS = {"I1": [0.1, 0.5, 1.0, 3.0], "I2": [0.2, 0.7, 1.0], "I3": [0.3, 0.8, 1.0, 2.0, 5.0]}

@@ -1,5 +1,6 @@
 """Energies from two observed periods, with their errors: against mpmath over the triangle, and as a map."""
 
+import itertools
 import json
 import math
 import re
@@ -8,11 +9,13 @@ import mpmath
 import numpy as np
 import pytest
 from calls import run_command
+from scipy.integrate import solve_ivp
 from scipy.special import ndtr
 
 import sweeps
 from kernels.events import tumbling
 from sweeps.schema.refusals import DefinitionError
+from sweeps.systems.observed_periods import answers, assignments
 from sweeps.systems.observed_periods.system import energy_of, exclusion
 
 HOUR = 3600.0
@@ -205,7 +208,7 @@ def test_krylov_on_the_command_line_and_in_python(capsys):
             ("--P-psi", 1, "--P-phi", 2, "--ratios", 0.5, 0.3),
             "of any rigid body: I3 = 1 > I1 + I2 = 0.8; allowed: moments",
         ),
-        (("--P-psi", 1, "--P-phi", 2, "--unit", "years"), "unit: 'years' is not available; allowed: s, h, d"),
+        (("--P-psi", 1, "--P-phi", 2, "--unit", "years"), "unit: 'years' is not available; allowed: s, min, h, d"),
         (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.5, 0.9, "-o", "x.nc"), "--ratios: is given together with"),
     ],
 )
@@ -224,6 +227,91 @@ def test_a_flat_body_is_asked_of_like_any_other(capsys):
         assert "short-axis mode: 2T I3/L²" in run_command(
             capsys, "tumbler", "--P-psi", 4, "--P-phi", 2, "--ratios", *ratios
         )
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Angles, errors of ratios, conventions, unknown lines
+
+
+def motion_of(low, middle, energy):
+    """Angles of the long axis from L over many periods, rad: Euler's equations by SciPy, L = 1."""
+    m1 = math.sqrt((energy - 1) * low / (1 - low))
+    inverse = np.array([1 / low, 1 / middle, 1.0])
+    start = [m1, 0, math.sqrt(1 - m1**2)]
+    tight = {"rtol": 1e-10, "atol": 1e-12, "max_step": 0.01}
+    run = solve_ivp(lambda _, m: np.cross(m, m * inverse), (0, 30), start, **tight)
+    return np.arccos(run.y[0])
+
+
+@pytest.mark.parametrize(("mode", "energy"), [("sam", 1.03), ("sam", 1.2), ("lam", 1.3), ("lam", 2.2)])
+def test_the_nutation_is_that_of_an_integrated_motion(mode, energy):
+    angles = motion_of(0.4, 0.8, energy)
+    # the extremes are missed by less than half a step of 0.01, in which an angle changes by 1e-4 near its extreme
+    assert answers.nutation(0.4, 0.8, energy, mode) == pytest.approx((angles.min(), angles.max()), abs=1e-4)
+
+
+def test_the_short_axis_convention_is_that_of_the_encircled_axis():
+    point = {"I1": [0.36], "I2": [0.96], "I3": [1.0], "energy": [1.02], "omega0": [1.0]}
+    rows = tumbling.survey({name: np.array(value) for name, value in point.items()}, 1e-10, measured=False)
+    psi, long, short = (rows[f"period_{name}_exact"].item() for name in ("psi", "phi_long_axis", "phi_encircled"))
+    (first, _), (second, _) = (
+        sweeps.tumbler(f"{psi} s", f"{phi} s", ratios=(0.36, 0.96), convention=convention)
+        for phi, convention in ((long, "long"), (short, "short"))
+    )
+    # a dozen roundings, as the least wobble amplifies them
+    assert first["energy"] == pytest.approx(1.02, rel=1e-10)
+    assert second["energy"] == pytest.approx(1.02, rel=1e-10)
+    assert first["P_phi_short_axis"] == pytest.approx(short, rel=1e-12)
+
+
+def test_the_error_of_the_energy_is_that_of_drawn_ratios():
+    rng = np.random.default_rng(8)
+    errors = (0.01, 0.004)
+    drawn = rng.normal((0.36, 0.9), errors, (400, 2))
+    energies = [sweeps.tumbler(368.7, 67.27, ratios=tuple(pair))[0]["energy"] for pair in drawn.tolist()]
+    row = sweeps.tumbler(368.7, 67.27, ratios=(0.36, 0.9), sigma_ratios=errors)[0]
+    # 400 draws have a standard deviation to 3.5 %, and the energy is curved
+    assert row["energy_stderr"] == pytest.approx(np.std(energies), rel=0.15)
+    excluded = sweeps.tumbler(6.58, 8.67, ratios=(0.5, 0.9))[1]
+    assert excluded["sigma"] == math.inf
+    assert sweeps.tumbler(6.58, 8.67, ratios=(0.5, 0.9), sigma_ratios=(0.1, 0.05))[1]["verdict"] == "within_errors"
+
+
+def test_unknown_lines_have_the_true_periods_among_them(capsys):
+    for lines in itertools.permutations(assignments.LINES, 2):
+        (first, second) = (n / 67.27 + k / 368.7 for n, k in map(assignments.LINES.get, lines))
+        if first <= 0 or second <= 0 or lines in (("2 f_psi", "f_psi"), ("f_psi", "2 f_psi")):
+            continue
+        periods = answers.TwoPeriods(1 / first, 1 / second)
+        pair = assignments.convert_periods(periods, lines)
+        if pair is not None:  # two lines of one frequency alone determine nothing
+            assert (pair.P_psi, pair.P_phi) == pytest.approx((368.7, 67.27), rel=1e-9)
+    command = ("tumbler", "--P-psi", 67.27 / 2, "--P-phi", 368.7, "--convention", "unknown", "--ratios", 0.36, 0.96)
+    pairs = json.loads(run_command(capsys, *command, "--json"))
+    (pair,) = [each for each in pairs if abs(each["P_psi"] - 368.7) < 1e-6 and abs(each["P_phi"] - 67.27) < 1e-6]
+    assert pair["lines"] == ["2 f_phi", "f_psi"]
+    assert pair["modes"][0]["energy"] == pytest.approx(1.0338, abs=5e-5)
+    assert "(lines 2 f_phi, f_psi)" in run_command(capsys, *command)
+
+
+def test_the_error_of_a_combination_is_that_of_drawn_periods():
+    rng = np.random.default_rng(9)
+    periods = answers.TwoPeriods(10.0, 7.0, 0.01, 0.02)
+    lines = ("f_phi + f_psi", "2 f_phi - f_psi")
+    pair = assignments.convert_periods(periods, lines)
+    drawn = [
+        assignments.convert_periods(answers.TwoPeriods(*each), lines)
+        for each in rng.normal((10, 7), (0.01, 0.02), (4000, 2))
+    ]
+    spread = np.std([each.P_psi / each.P_phi for each in drawn]) * pair.P_phi / pair.P_psi
+    # 4,000 draws have a standard deviation to 1.1 %
+    assert math.hypot(pair.sigma_psi / pair.P_psi, pair.sigma_phi / pair.P_phi) == pytest.approx(spread, rel=0.05)
+
+
+@pytest.mark.parametrize("settings", [{"convention": "other"}, {"convention": "short"}, {"sigma_ratios": (0.1, -1)}])
+def test_conventions_and_errors_that_cannot_be_are_named(settings):
+    with pytest.raises(DefinitionError, match="allowed: "):
+        sweeps.tumbler(1.0, 2.0, **{"ratios": (0.5, 0.9)} | settings)
 
 
 # ---------------------------------------------------------------------------------------------------------

@@ -14,10 +14,11 @@ from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import Strict, key, mapping
 from sweeps.schema.refusals import DefinitionError, Problem, description_of, display, refusal, refusals
 from sweeps.schema.values import TOLERANCE, Positive, Prose, Tolerance, choice, finite, in_unit, line_of_text, not_empty
-from sweeps.systems.bodies import inertia, outline
+from sweeps.systems.bodies import inertia, molecules, outline
 from sweeps.systems.bodies.variables import MOMENTS, Moment
 
 AXES = "spin axes to survey: a list of 1, 2, 3, each once"
+FORMS_OF_BODY = ("ratios", "tensor", "mesh", "rotational")  # keys that replace moments
 MAX_PRINTED = 10  # bodies; `check` prints the axes of the first ones
 BODIES = "a list of bodies, names unique, in place of I1, I2 and I3 in grid"
 FORMS = "three moments, a tensor of 3 rows of 3, a body's mapping as in a definition, or a body's name"
@@ -45,6 +46,14 @@ def _mesh_name(name: str) -> str:
     if problem := inertia.unsupported_format(name):
         raise refusal(*problem)
     return name
+
+
+def _moments_of_molecule(value: object) -> tuple[float, ...]:
+    constants = value if isinstance(value, tuple | list) and len(value) == 3 else ()
+    moments = [moment for constant in constants if (moment := molecules.moment_of_constant(constant)) is not None]
+    if len(moments) != 3:
+        raise refusal("is not a list of rotational constants", f"[A, B, C], each {molecules.ALLOWED}")
+    return tuple(moments)
 
 
 class Mesh(Strict):
@@ -83,6 +92,9 @@ class Body(Strict):
         f"off-diagonal entries minus the products of inertia; {_ROWS}"
     )
     mesh: Mesh = key("{file, density or mass, unit} in place of moments")
+    rotational: Annotated[tuple, BeforeValidator(_moments_of_molecule)] = key(
+        f"rotational constants [A, B, C] of a molecule in place of moments, each {molecules.ALLOWED}"
+    )
     source: Prose = key("source of the numbers: text")
     note: Prose = key("remark for the reader: text")
 
@@ -101,14 +113,18 @@ class Body(Strict):
         """(I1, I2, I3), kg m2, or in the unit of `ratios` if only those are known; ascending from a tensor or mesh."""
         if self._principal is not None:
             return self._principal.moments
+        if self.rotational is not None:
+            return self.rotational
         source = self if self.ratios is None else self.ratios
         return source.I1, source.I2, source.I3
 
     @model_validator(mode="after")
     def _check_moments(self, info: ValidationInfo) -> "Body":
-        allowed = "I1, I2 and I3 in kg m2, or ratios: {I1, I2, I3}, or tensor, or mesh: {file, …}, one of these"
+        allowed = (
+            "I1, I2 and I3 in kg m2, or ratios: {I1, I2, I3}, or tensor, mesh: {file, …}, rotational, one of these"
+        )
         moments = [name for name in MOMENTS if getattr(self, name) is not None]
-        alternatives = [name for name in ("ratios", "tensor", "mesh") if getattr(self, name) is not None]
+        alternatives = [name for name in FORMS_OF_BODY if getattr(self, name) is not None]
         if alternatives:
             conflicts = [
                 (n, display(getattr(self, n)), f"is given beside {alternatives[0]}") for n in moments + alternatives[1:]

@@ -25,14 +25,18 @@ from kernels.free.triangle import triangle_margin
 from sweeps.schema import units
 from sweeps.schema.parameters import Quantity, Range, Strict, entry_type, key, range_model
 from sweeps.schema.refusals import DefinitionError, UnreadableError, display
+from sweeps.systems.bodies.molecules import inertial_defect
 from sweeps.systems.bodies.variables import MIN_RATIO, OF_I2, RATIO, SHAPE_OVER, THICKNESS, Ratio, Thickness
 
 POSSIBLE = "moments each at most the sum of the other two"
 
 
 def violation(moments: Sequence[float]) -> str:
-    """Return how three moments violate the triangle inequality, "I3 = 5 > I1 + I2 = 3"; "" for possible ones."""
-    if not triangle_margin(*moments) < 0:
+    """Return how three moments violate the triangle inequality, "I3 = 5 > I1 + I2 = 3"; "" for possible ones.
+
+    The inertial defect of a flat molecule, which its vibrations cause, is no violation.
+    """
+    if not triangle_margin(*moments) < 0 or inertial_defect(moments):
         return ""
     k = int(np.argmax(moments))
     i, j = sorted({0, 1, 2} - {k})

@@ -1,6 +1,7 @@
 """Conclusions from two observed periods for one body and for all bodies, as numbers and as text."""
 
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,9 +12,17 @@ from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import parse_amount
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.observed_periods.system import MAX_EXCLUSION, MAX_PERIOD, MIN_PERIOD, PERIODS, SYSTEM, NoIntegration
+from sweeps.systems.observed_periods.system import (
+    MAX_EXCLUSION,
+    MAX_PERIOD,
+    MIN_PERIOD,
+    PERIODS,
+    SYSTEM,
+    NoIntegration,
+    exclusion,
+)
 
-UNITS = {"s": 1.0, "h": 3600.0, "d": 86400.0}
+UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 SHAPES = {"I1_over_I3": {"start": 0.01, "stop": 0.99, "num": 99}, "thickness": {"start": 0.0, "stop": 1.0, "num": 51}}
 MIN_PERIOD_RATIO = {"sam": 1.0, "lam": 0.0}  # least ratio of periods over all bodies, of flat bodies and of needles
 MODES = {"sam": tumbling.SAM, "lam": tumbling.LAM}
@@ -28,7 +37,7 @@ class TwoPeriods:
     P_phi: float | str  #: period about L in the long-axis convention
     sigma_psi: float | str = 0.0  #: standard error of P_psi
     sigma_phi: float | str = 0.0  #: standard error of P_phi
-    unit: str = "h"  #: s, h or d
+    unit: str = "h"  #: s, min, h or d
 
     def __post_init__(self):
         if self.unit not in list(UNITS):
@@ -58,34 +67,105 @@ class TwoPeriods:
         return {"title": f"Bodies with {' and '.join(period_texts)}", "system": "observed_periods", "grid": grid}
 
 
-def periods_of_body(periods: TwoPeriods, ratios: Sequence[float]) -> list[dict]:
-    """Return the conclusions from the periods for one body, `ratios` I1/I3 and I2/I3, in each mode.
+def periods_of_body(
+    periods: TwoPeriods, ratios: Sequence[float], sigma_ratios: Sequence[float] = (0.0, 0.0)
+) -> list[dict]:
+    """Return the conclusions from the periods for one body in each mode.
+
+    Args:
+        periods: the periods.
+        ratios: I1/I3 and I2/I3.
+        sigma_ratios: their standard errors, independent of each other and of the periods.
 
     Returns:
-        For each mode {mode, verdict, sigma, least_ratio}, and unless it is excluded energy, energy_stderr, m, omega0.
+        For each mode {mode, verdict, sigma, least_ratio}, and unless it is excluded energy, energy_stderr, m, omega0
+        (L/I3, rad s-1), nutation (least and greatest angle of the long axis from L, rad), and P_phi_short_axis, the
+        period of the axis of greatest inertia about L, s.
     """
+    bounds = {"ratios": (ratios, sys.float_info.min, 1.0), "sigma_ratios": (sigma_ratios, 0.0, 1.0)}
+    values = [_check_pair(name, *bound) for name, bound in bounds.items()]
+    (low, middle), errors = np.array(values)[:, np.argsort(values[0], kind="stable")].tolist()
+    shapes.refuse_impossible("ratios", (low, middle, 1.0))
+    body = _solve_body(periods, low, middle)
+    squares = {"energy": np.zeros(2), "least_ratio": np.zeros(2)}  # of the deviations by one standard error
+    for step in filter(np.any, np.diag(errors)):
+        pairs = [np.sort([low, middle] + sign * step) for sign in (-1, 1)]
+        shifted = [_solve_body(periods, *pair) for pair in pairs if 0 < pair[0] <= pair[1] <= 1 <= pair.sum()]
+        for name in squares:
+            with np.errstate(invalid="ignore"):
+                deviations = [np.abs(each[name] - body[name]) for each in shifted]
+            squares[name] += np.nan_to_num(np.fmax.reduce(deviations or [np.zeros(2)]), posinf=0.0) ** 2
+    sigma_psi = np.hypot(periods.sigma_psi, periods.P_phi * np.sqrt(squares["least_ratio"]))
+    sigmas = exclusion(body["least_ratio"], periods.P_psi, periods.P_phi, sigma_psi, periods.sigma_phi)
+    rows = []
+    for number, (mode, sigma) in enumerate(zip(MODES, sigmas.tolist(), strict=True)):
+        values = {name: float(column[number]) for name, column in body.items()}
+        rows.append({"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "least_ratio": values["least_ratio"]})
+        if math.isfinite(values["energy"]):
+            error = math.hypot(values["energy_stderr"], math.sqrt(squares["energy"][number]))
+            rows[-1] |= {"energy": values["energy"], "energy_stderr": error}
+            rows[-1] |= {"m": values["parameter"], "omega0": values["momentum_rate"]}
+            rows[-1] |= {"nutation": nutation(low, middle, values["energy"], mode)}
+            rows[-1] |= {"P_phi_short_axis": 1 / (1 / periods.seconds["P_phi"] + 1 / periods.seconds["P_psi"])}
+    return rows
+
+
+def _check_pair(name: str, values: Sequence[float], minimum: float, maximum: float) -> list[float]:
+    """Return two numbers from `minimum` to `maximum`, of I1/I3 and I2/I3; a refusal has their `name`."""
     try:
-        first, second = (float(ratio) for ratio in ratios)
+        first, second = (float(value) for value in values)
     except (TypeError, ValueError, OverflowError):
-        reason = f"ratios: {display(ratios)} are no two numbers"
-        raise DefinitionError(f"{reason}; allowed: I1/I3 and I2/I3, each a number in (0, 1]") from None
-    for name, value in (("I1/I3", first), ("I2/I3", second)):
-        if not 0 < value <= 1:
-            raise DefinitionError(f"ratios: {name} {value!r} is out of range; allowed: a number in (0, 1]")
-    moments = (*sorted((first, second)), 1.0)
-    shapes.refuse_impossible("ratios", moments)
+        reason = f"{name}: {display(values)} are no two numbers"
+        raise DefinitionError(f"{reason}; allowed: of I1/I3 and I2/I3, each a number up to 1") from None
+    for label, value in (("I1/I3", first), ("I2/I3", second)):
+        if not minimum <= value <= maximum:
+            interval = "(0, 1]" if minimum else "[0, 1]"
+            raise DefinitionError(f"{name}: {label} {value!r} is out of range; allowed: a number in {interval}")
+    return [first, second]
+
+
+def _solve_body(periods: TwoPeriods, low: float, middle: float) -> dict[str, np.ndarray]:
+    """Return the columns of a body of ratios `low` and `middle` by name, each in both modes, shape (2,)."""
+    moments = (float(low), float(middle), 1.0)
     point = dict(zip(MOMENTS, moments, strict=True)) | periods.seconds
     columns = SYSTEM.columns({name: np.array([value]) for name, value in point.items()}, NoIntegration())
-    values = {name: column.item() for name, column in columns.items()}
-    min_ratios = tumbling.inverse(*moments, periods.P_psi / periods.P_phi)["least_ratio"]
-    rows = []
-    for mode, k in MODES.items():
-        sigma, energy = values[f"exclusion_{mode}"], values[f"energy_{mode}"]
-        rows.append({"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "least_ratio": float(min_ratios[k, 0])})
-        if math.isfinite(energy):
-            rows[-1] |= {"energy": energy, "energy_stderr": values[f"energy_{mode}_stderr"]}
-            rows[-1] |= {"m": values[f"parameter_{mode}"], "omega0": values[f"momentum_rate_{mode}"]}
-    return rows
+    names = {"energy": "energy_{}", "energy_stderr": "energy_{}_stderr", "parameter": "parameter_{}"}
+    names |= {"momentum_rate": "momentum_rate_{}"}
+    body = {name: np.array([columns[form.format(mode)].item() for mode in MODES]) for name, form in names.items()}
+    return body | {"least_ratio": tumbling.inverse(*moments, periods.P_psi / periods.P_phi)["least_ratio"][:, 0]}
+
+
+def nutation(low: float, middle: float, energy: float, mode: str) -> list[float]:
+    r"""Return the least and the greatest angle of the axis of least inertia from L, rad.
+
+    With I3 = 1 and the components m of the unit vector along L, the energy is :math:`E = \sum m_i^2/I_i`. The square of
+    m_1 has its extremes where m_2 = 0 and, in the long-axis mode, where m_3 = 0; in the short-axis mode m_1 changes
+    sign.
+
+    Args:
+        low: I1/I3.
+        middle: I2/I3.
+        energy: 2T I3/L^2.
+        mode: sam or lam.
+    """
+    squares = [(energy - 1) / (1 / low - 1)] if low < 1 else [0.0]
+    if mode == "lam":
+        squares.append((energy - 1 / middle) / (1 / low - 1 / middle))
+    angles = sorted(math.acos(math.sqrt(min(max(square, 0.0), 1.0))) for square in squares)
+    return [angles[0], math.pi - angles[0] if mode == "sam" else angles[-1]]
+
+
+def periods_of_any_body(periods: TwoPeriods) -> list[dict]:
+    """Return {mode, verdict, sigma} of each mode for all possible bodies.
+
+    The least ratio of periods is 1 in the short-axis mode (flat bodies, small wobbles) and 0 in the long-axis mode
+    (needles).
+    """
+    sigmas = {
+        mode: exclusion(ratio, *(getattr(periods, name) for name in PERIODS))
+        for mode, ratio in MIN_PERIOD_RATIO.items()
+    }
+    return [{"mode": mode, "verdict": verdict(float(sigma)), "sigma": float(sigma)} for mode, sigma in sigmas.items()]
 
 
 def verdict(sigma: float) -> str:
@@ -96,24 +176,18 @@ def verdict(sigma: float) -> str:
 def periods_of_all_bodies(periods: TwoPeriods, ds) -> list[dict]:
     """Return the conclusions from the periods for all bodies, in each mode.
 
-    The verdict is that for all possible bodies, not only those of the map: the least ratio of periods is 1 in the
-    short-axis mode (flat bodies, small wobbles) and 0 in the long-axis mode (needles). Each mode has {mode, verdict,
-    sigma, shapes (the fraction of the triangle with both periods), least and greatest energy}.
+    The verdict is that for all possible bodies, not only those of the map. Each mode has {mode, verdict, sigma, shapes
+    (the fraction of the triangle with both periods), least and greatest energy}.
     """
     x, t = ds["I1_over_I3"].values, ds["thickness"].values
     weights = np.outer(x, np.where((t == 0) | (t == 1), 0.5, 1.0))  # dx dy = x dx dt
-    rows = []
-    for mode, min_ratio in MIN_PERIOD_RATIO.items():
-        energy = ds[f"energy_{mode}"].transpose("I1_over_I3", "thickness", ...).values.reshape(weights.shape)
-        shortfall = min_ratio * periods.P_phi - periods.P_psi
-        error = math.hypot(periods.sigma_psi, min_ratio * periods.sigma_phi)
-        sigma = 0.0 if shortfall < 0 else shortfall / error if error else math.inf
+    rows = periods_of_any_body(periods)
+    for row in rows:
+        energy = ds[f"energy_{row['mode']}"].transpose("I1_over_I3", "thickness", ...).values.reshape(weights.shape)
         finite = np.isfinite(energy)
-        share = float(weights[finite].sum() / weights.sum())
-        rows.append({"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "shapes": share})
+        row["shapes"] = float(weights[finite].sum() / weights.sum())
         if finite.any():
-            rows[-1] |= {"least_energy": float(energy[finite].min())}
-            rows[-1]["greatest_energy"] = float(energy[finite].max())
+            row |= {"least_energy": float(energy[finite].min()), "greatest_energy": float(energy[finite].max())}
     return rows
 
 
@@ -137,7 +211,10 @@ def describe_row(row: dict, periods: TwoPeriods) -> str:
         error = f" ± {row['energy_stderr']:.2g}" if row["energy_stderr"] else ""
         rate = f"L/I3 = {row['omega0']:.6g} rad s⁻¹"
         rate = "too near the separatrix for L/I3" if math.isnan(row["omega0"]) else rate
-        return f"2T I3/L² = {row['energy']:.6g}{error}, m = {row['m']:.6g}, {rate}"
+        angles = " to ".join(f"{math.degrees(angle):.4g}°" for angle in row["nutation"])
+        return f"2T I3/L² = {row['energy']:.6g}{error}, m = {row['m']:.6g}, {rate}, long axis {angles} from L"
+    if "shapes" not in row:
+        return "possible"
     if "least_energy" not in row:
         needles = f"needles only, I1/I3 below {ratio / (1 + ratio):.3g}"
         return f"possible for {needles if row['mode'] == 'lam' else 'nearly flat bodies only'}"

@@ -18,7 +18,7 @@ from kernels.events import tumbling, twist
 from kernels.free import exact, linear
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, display, match_name
-from sweeps.systems.bodies import body_files, shapes
+from sweeps.systems.bodies import body_files, molecules, shapes
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.inertia import axis_lines
 from sweeps.systems.bodies.variables import MOMENTS, VERDICTS
@@ -241,6 +241,8 @@ def predict_body(
     """
     facts: dict[str, Any] = {"name": body.name, "moments": body.moments}
     facts |= {"moments_are_ratios": body.ratios is not None, **spun}
+    if defect := molecules.inertial_defect(body.moments):
+        facts["inertial_defect"] = defect
     if body.principal is not None:
         facts |= {
             "frame": body.frame,
@@ -290,6 +292,9 @@ def _body_lines(body: SpunBody) -> Iterator[str]:
     unit = "(ratios)" if body.ratios is not None else "kg m²"
     order = "" if list(body.moments) == sorted(body.moments) else "; axes 1, 2, 3 in the order given"
     yield f"{', '.join(MOMENTS)} = {', '.join(f'{moment:.6g}' for moment in body.moments)} {unit}{order}"
+    if defect := molecules.inertial_defect(body.moments):
+        amount = f"{defect / molecules.AMU_SQUARE_ANGSTROM:.4g} amu Å², {100 * defect / max(body.moments):.2g} %"
+        yield f"inertial defect {amount} of the greatest moment: a flat molecule that vibrates, not quite a rigid body"
     if problem := shapes.violation(body.moments):
         yield f"no rigid body has these moments: {problem}"
 
