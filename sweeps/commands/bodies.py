@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import sweeps
-from sweeps.commands import parser
+from sweeps.commands import certifying, parser
 from sweeps.figure import printing
 from sweeps.points import catalogue
 from sweeps.process import progress, startup
@@ -67,13 +67,19 @@ def add_body(commands) -> None:
     command.add_argument("--twist", action="store_true", help="state the twist about the handle too")
     command.add_argument("--axis", type=parser.number, metavar="A", help="spin axis (default all three)")
     parser.add_omega(command, "in any direction")
-    parser.add_output(command, "write the bodies of a file as a definition for sweeps (YAML)", required=False)
     command.add_argument("--figure", metavar="FILE", help="draw the sampled bodies on the triangle of inertia (PNG)")
+    text = "exit with 3 unless the verdict is stable, stable_without_loss (or stable), or unstable"
+    command.add_argument("--require", choices=("stable", "stable_without_loss", "unstable"), help=text)
+    text = "least probability of --require (refused if the draws cannot decide it)"
+    command.add_argument("--probability", metavar="P", type=float, help=text)
+    parser.add_output(command, "write the body, or those of a file, as a definition for sweeps (YAML)", required=False)
     parser.share(command, "--json")
 
 
 def _print_body(args):
-    """Print the outcome of each spin of a body, sampled with --uncertainty; without a body, print the known names."""
+    """Print the verdict on a body and the outcome of each spin; without a body, print the known names."""
+    if args.probability is not None and args.require is None:
+        raise DefinitionError("--probability: is given without --require; allowed: both, or neither")
     if args.uncertainty is None:
         startup.leave_out_compiler()  # loading it takes longer than a few formulas
     from sweeps.systems.bodies import body_files
@@ -92,11 +98,13 @@ def _print_body(args):
         if args.json:
             printing.print_json(error.facts)
         raise
+    is_met = args.require is None or answer.meets(args.require, args.probability)
     if args.figure:
         answer.savefig(args.figure)
     if args.output:
-        body_files.write_definition(body, args.output)
+        answer.write_definition(args.output)
     printing.print_json(answer.facts) if args.json else answer.show(printing.console())
+    return None if is_met else certifying.FAILED
 
 
 MOTION = """\

@@ -124,7 +124,8 @@ def add_body(parser: Parser) -> None:
     parser.add_argument(
         "name", metavar="NAME", nargs="?", help="a body of the sweep `bodies` or of --definition, or a file"
     )
-    parser.add_argument("--link", metavar="NAME", help="link of a robot file, in place of FILE:NAME")
+    text = "link of a robot file, or state of a file of parts, in place of FILE:NAME"
+    parser.add_argument("--link", "--state", metavar="NAME", help=text)
     parser.add_argument("--definition", metavar="DEFINITION", default="bodies", help="the definition that lists NAME")
     add_moments(parser)
     text = 'spin rate, rad s-1 ("30 rpm"; default the body\'s own, or 1)'

@@ -272,7 +272,7 @@ def test_quantiles_are_those_of_the_draws(measured):
     _, _, _, pairs = measured
     for summary, draws in pairs:
         rate = np.sort(np.nan_to_num(draws["growth_rate"]))
-        for level, value in zip(measuring.QUANTILES, summary["growth_rate_quantile"], strict=True):
+        for level, value in zip(designs.QUANTILES, summary["growth_rate_quantile"], strict=True):
             assert (rate < value).mean() < level <= (rate <= value).mean()
         flips = np.sort(np.where(np.isnan(draws["flip_period"]), np.inf, draws["flip_period"]))
         expected = flips[math.ceil(0.5 * flips.size) - 1]

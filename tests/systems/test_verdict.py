@@ -5,7 +5,7 @@ import pytest
 
 import sweeps
 from sweeps.systems.bodies import shapes
-from sweeps.systems.rigid_body import verdict
+from sweeps.systems.uncertain_bodies import verdict
 
 RNG = np.random.default_rng(54)
 

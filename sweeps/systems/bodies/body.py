@@ -1,11 +1,11 @@
 """Model of a rigid body in definitions: its moments or their ratios, its tensor of inertia or its mesh."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, PrivateAttr, ValidationInfo, model_validator
@@ -100,13 +100,18 @@ class Body(Strict):
 
     _principal: inertia.Principal | None = PrivateAttr(None)
     _solid: inertia.Solid | None = PrivateAttr(None)
+    _frame: str | None = PrivateAttr(None)
     principal = property(attrgetter("_principal"), doc="Principal moments and axes, of a tensor or a mesh; else None.")
     solid = property(attrgetter("_solid"), doc="Mass properties, of a mesh; else None.")
 
     @property
     def frame(self) -> str:
-        """Owner of the axes in which the body's vectors are given: "tensor", "mesh", or "body" (principal axes)."""
-        return next((name for name in ("tensor", "mesh") if getattr(self, name) is not None), "body")
+        """Owner of the axes of the body's vectors: "file", "tensor", "mesh", or "body" for the principal axes."""
+        return self._frame or next((name for name in ("tensor", "mesh") if getattr(self, name) is not None), "body")
+
+    def set_frame(self, frame: str | None) -> None:
+        """Set the owner of the axes of its tensor; None for the tensor itself."""
+        self._frame = frame
 
     @property
     def moments(self) -> tuple[float, float, float]:
@@ -148,6 +153,19 @@ class Body(Strict):
             where = ("mesh", "file") if self.mesh else ("tensor",)
             value = display(self.mesh.file) if self.mesh else error.shown
             raise refusals([Problem(where, value, error.wrong, error.allowed)]) from None
+
+
+@dataclass(frozen=True)
+class FileBody:
+    """A body that a file describes, as a definition would give it, and what the file has in addition."""
+
+    name: str  #: name among the bodies of the file, by which FILE:NAME selects it
+    entry: Any  #: entry of a definition: name, and tensor about the centre of mass, kg m2
+    omega: tuple[float, float, float] | None = None  #: angular velocity that the file gives, rad s-1, in its axes
+    facts: dict[str, Any] = field(default_factory=dict)  #: further numbers for JSON
+    lines: tuple[str, ...] = ()  #: further lines for people
+    pieces: Any = None  #: its `sweeps.systems.bodies.parts.Pieces`, if it is a sum of parts
+    frame: str | None = "file"  #: owner of the axes of its tensor: see `Body.frame`
 
 
 def _check_unique_names(bodies: tuple[Body, ...]) -> tuple[Body, ...]:

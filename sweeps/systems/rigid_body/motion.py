@@ -26,7 +26,8 @@ from sweeps.systems.rigid_body.system import SpunBody, initial_state, span_of
 
 SPIN = ("axis", "omega0", "epsilon", "phase")
 RATES = ("omega1", "omega2", "omega3")
-FRAMES = {"body": "principal axes of the body", "tensor": "axes of the tensor", "mesh": "axes of the mesh"}
+FRAMES = {"body": "principal axes of the body"}
+FRAMES |= {owner: f"axes of the {owner}" for owner in ("tensor", "mesh", "file")}
 STARTS = f"three angular velocities, or a mapping with {', '.join(SPIN)}, or with {', '.join(RATES)}, and attitude"
 MAX_NORM_ERROR = 1e-3  # largest distance of a quaternion's norm from 1: three decimals are enough
 

@@ -215,14 +215,25 @@ def body_of(body: object, source: object, spin: Mapping[str, object], load: Call
         spin: omega0, epsilon and phase, each None if not given.
         load: makes a definition of a mapping, a path or a name.
     """
-    body = body_files.only_entry(body)
+    file_body = body_files.only_body(body)
+    body, frame = file_body.entry, file_body.frame
     if isinstance(body, str):
         bodies = bodies_by_name(load(source), source)
         chosen_body = bodies[match_name(body, list(bodies), "body", DefinitionError)]
         requested = check_body({"name": chosen_body.name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, spin, load)
     else:
         chosen_body = requested = check_body({"name": "your body"} | body_entry(body), spin, load)
+        chosen_body.set_frame(frame)
     return chosen_body, spin_setting(requested, chosen_body)
+
+
+def entry_of(body: SpunBody) -> dict:
+    """Return the entry of a definition for a named body."""
+    entry = {"name": body.name}
+    if body.tensor is not None:
+        return entry | {"tensor": [list(row) for row in body.tensor]}
+    moments = dict(zip(MOMENTS, body.moments, strict=True))
+    return entry | ({"ratios": moments} if body.ratios is not None else moments)
 
 
 def predict_body(

@@ -7,11 +7,14 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sweeps.process import machine
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies import body_files
-from sweeps.systems.bodies.body import body_entry
-from sweeps.systems.rigid_body import rotation_mode, spin_outcomes, verdict
+from sweeps.systems.bodies.body import FileBody, body_entry
+from sweeps.systems.rigid_body import rotation_mode, spin_outcomes
+from sweeps.systems.uncertain_bodies import verdict
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,11 +31,13 @@ class BodyAnswer:
 
     name: str  #: the body's name
     facts: dict[str, Any]  #: all numbers, in SI units, angles in rad; `facts["axes"]` has a mapping for each spin axis
-    sentence: str = field(repr=False)  #: the verdict on the judged spin in words; "" of several bodies
+    sentence: str = field(default="", repr=False)  #: the verdict on the judged spin in words; "" of several bodies
+    judged: verdict.SpinVerdict | None = field(default=None, repr=False)  #: the verdict; None without one
     #: tables of (subject, outcome) in words by the heading of the subjects, that of the judged spin first
     tables: list[tuple[str, list[tuple[str, str]]]] = field(default_factory=list, repr=False)
     paragraphs: list[list[str]] = field(default_factory=list, repr=False)  #: lines on the body, its spin, observations
     answers: "list[BodyAnswer]" = field(default_factory=list, repr=False)  #: of a file of several bodies, one for each
+    entry: dict[str, Any] = field(default_factory=dict, repr=False)  #: the body as an entry of a definition
     _sampled: "Answer | None" = field(default=None, repr=False)
 
     def __str__(self) -> str:
@@ -63,8 +68,34 @@ class BodyAnswer:
             for row in rows:
                 outcome_table.add_row(*row)
             console.print("", outcome_table, sep="\n")
-        for lines in self.paragraphs:
+        for lines in filter(None, self.paragraphs):
             console.print("", *lines, sep="\n")
+
+    def write_definition(self, path: str | Path) -> None:
+        """Write a definition of the bodies (YAML), with the covariance of uncertain tensors, for a sweep."""
+        from sweeps.process.files import replace_output
+        from sweeps.reading.definitions import as_yaml
+
+        entries = [each.entry for each in self.answers or [self]]
+        bodies = [{name: value for name, value in entry.items() if value is not None} for entry in entries if entry]
+        if not bodies or Path(path).suffix != ".yaml":
+            allowed = "a file .yaml, and a physically possible body"
+            raise DefinitionError(f"{path}: holds no definition of {self.name}; allowed: {allowed}")
+        with replace_output(path) as temporary:
+            temporary.write_text(as_yaml({"title": self.name, "bodies": bodies}), encoding="utf-8")
+
+    def meets(self, required: str, probability: float | None = None) -> bool:
+        """Return whether every spin is as required: stable, stable_without_loss (or stable) or unstable.
+
+        Args:
+            required: the word.
+            probability: least probability of it; left out, the word must be the verdict.
+
+        Raises:
+            DefinitionError: if the draws cannot decide the probability.
+        """
+        verdicts = [each.judged for each in self.answers or [self]]
+        return all([judged is not None and judged.meets(required, probability) for judged in verdicts])
 
     def savefig(self, path: str | Path) -> None:
         """Draw the sampled bodies on the triangle of inertia (PNG)."""
@@ -101,17 +132,21 @@ def answer(
     options = dict.fromkeys((*SPIN, *SAMPLING, "uncertainty", "omega")) | dict(setting)
     options |= {"axis": axis, "twist": twist or None}
     entry: Any = body if isinstance(body, str) else body_entry(body)
-    file_bodies = body_files.find_bodies(entry) or [body_files.FileBody("", entry)]
+    file_bodies = body_files.find_bodies(entry) or [FileBody("", entry, frame=None)]
     answers = [_answer_or_refuse(each, source, options, load) for each in file_bodies]
     if len(answers) == 1:
         if "refused" in answers[0].facts:
             lines = (f"body: {line}" for line in file_bodies[0].lines)
             raise body_files.ImpossibleBodyError("\n".join([answers[0].facts["refused"], *lines]), answers[0].facts)
         return answers[0]
-    return BodyAnswer(str(body), {"bodies": {each.name: each.facts for each in answers}}, "", answers=answers)
+    return BodyAnswer(
+        "; ".join(each.name for each in answers),
+        {"bodies": {each.name: each.facts for each in answers}},
+        answers=answers,
+    )
 
 
-def _answer_or_refuse(file_body: body_files.FileBody, source: object, options: Mapping[str, Any], load) -> BodyAnswer:
+def _answer_or_refuse(file_body: FileBody, source: object, options: Mapping[str, Any], load) -> BodyAnswer:
     """Return the answer for one body, or the diagnosis of a tensor that no rigid body has."""
     diagnosis: dict = file_body.facts.get("diagnosis", {"possible": True, "problems": (), "causes": ()})
     causes = ", ".join(cause["cause"] for cause in diagnosis["causes"]) or "unknown"
@@ -124,16 +159,49 @@ def _answer_or_refuse(file_body: body_files.FileBody, source: object, options: M
             raise
         facts = {"name": file_body.name or "your body", "refused": str(error)} | file_body.facts
         sentence = f"No rigid body has this tensor of inertia. Possible cause: {causes}."
-        return BodyAnswer(file_body.name, facts, sentence, paragraphs=[list(file_body.lines)])
+        return BodyAnswer(file_body.name, facts, sentence=sentence, paragraphs=[list(file_body.lines)])
 
 
-def _answer_one(file_body: body_files.FileBody, source: object, options: Mapping[str, Any], load) -> BodyAnswer:
+def _answer_one(file_body: FileBody, source: object, options: Mapping[str, Any], load) -> BodyAnswer:
     """Return the answer for one body with `options`: spin, axis, omega, twist, uncertainty and sampling, or None each.
 
     With omega, an angular velocity in any direction, spins of this size about each axis are predicted, and the answer
     has the rotation's mode, tilts and periods under `facts["rotation"]`.
     """
-    body, omega = file_body.entry, options["omega"]
+    omega, spin_options = _chosen_spin(file_body, options)
+    nominal, spin = spin_outcomes.body_of(file_body, source, spin_options, load)
+    axes = spin_outcomes.axes_of(options["axis"])
+    judged = verdict.judge_spin(nominal, options["axis"], omega)
+    facts, lines, rows, observations = spin_outcomes.predict_body(nominal, spin, axes, bool(options["twist"]))
+    about = dict(zip(axes, rows, strict=True))
+    tables = [("judged spin", [about.pop(judged.axis)])]
+    if options["omega"] is not None:
+        rotation = rotation_mode.predict_rotation(nominal, omega)
+        facts["rotation"] = rotation.facts
+        tables[0][1].append(rotation_mode.describe_rotation(rotation))
+    entry = spin_outcomes.entry_of(nominal) | {"omega0": spin["omega0"], "axis": judged.axis}
+    sample = _sample(nominal, file_body, spin, options | {"axes": axes}, load)
+    if file_body.pieces is not None:
+        judged, entry["uncertainty"] = _judge_parts(judged, file_body.pieces, options)
+    if sample is not None:
+        from sweeps.systems.uncertain_bodies import sampled_body
+
+        entry["uncertainty"] = sample.body.uncertainty.model_dump(exclude_none=True)
+        judged = replace(judged, odds=sampled_body.odds_of(sample, judged.axis))
+        sample_facts = sampled_body.collect_facts(sample)
+        axis_facts = [spin | sample_facts["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
+        facts |= sample_facts | {"axes": axis_facts}
+        tables.append(("sampled spins", sampled_body.outcome_rows(sample)))
+        lines += sampled_body.sampling_lines(sample)
+    facts |= file_body.facts | {"verdict": judged.facts}
+    tables += [("other spins", list(about.values()))] if about else []
+    paragraphs = [[*lines, *verdict.odds_lines(judged.odds), *file_body.lines], observations]
+    return BodyAnswer(nominal.name, facts, judged.sentence, judged, tables, paragraphs, entry=entry, _sampled=sample)
+
+
+def _chosen_spin(file_body: FileBody, options: Mapping[str, Any]) -> tuple:
+    """Return the angular velocity that was given, or that of the file, or None, and the options with its rate."""
+    omega = options["omega"]
     if omega is not None:
         if extra_options := [n for n in options if n not in ("epsilon", "phase", "omega") and options[n] is not None]:
             reason = f"is given beside {extra_options[0]}"
@@ -141,45 +209,35 @@ def _answer_one(file_body: body_files.FileBody, source: object, options: Mapping
         omega = rotation_mode.parse_omega(omega)
     elif options["axis"] is None:
         omega = file_body.omega
-    spin_options = dict(options)
-    if omega is not None and spin_options["omega0"] is None:
-        spin_options["omega0"] = math.hypot(*omega)
-    nominal, spin = spin_outcomes.body_of(body, source, spin_options, load)
-    axes = spin_outcomes.axes_of(options["axis"])
-    judged_axis = verdict.choose_axis(nominal, options["axis"], omega)
-    judged = verdict.judge_spin(nominal, *judged_axis, omega)
-    facts, lines, rows, observations = spin_outcomes.predict_body(nominal, spin, axes, bool(options["twist"]))
-    facts |= file_body.facts | {"verdict": judged.facts}
-    about = dict(zip(axes, rows, strict=True))
-    tables = [("judged spin", [about.pop(judged.axis)])]
-    if options["omega"] is not None:
-        rotation = rotation_mode.predict_rotation(nominal, omega)
-        facts["rotation"] = rotation.facts
-        tables[0][1].append(rotation_mode.describe_rotation(rotation))
-    sample = _sample(nominal, body, spin, options | {"axes": axes}, load)
-    if sample is not None:
-        from sweeps.systems.uncertain_bodies import sampled_body
-
-        sample_facts = sampled_body.collect_facts(sample)
-        axis_facts = [spin | sample_facts["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
-        facts |= sample_facts | {"axes": axis_facts}
-        tables.append(("sampled spins", sampled_body.outcome_rows(sample)))
-        lines += sampled_body.sampling_lines(sample)
-    tables += [("other spins", list(about.values()))] if about else []
-    paragraphs = [each for each in ([*lines, *file_body.lines], observations) if each]
-    return BodyAnswer(nominal.name, facts, judged.sentence, tables, paragraphs, _sampled=sample)
+    rate = options["omega0"] if omega is None or options["omega0"] is not None else math.hypot(*omega)
+    return omega, dict(options) | {"omega0": rate}
 
 
-def _sample(nominal, body: object, spin: Mapping[str, float], options: Mapping[str, Any], load) -> "Answer | None":
+def _judge_parts(judged: verdict.SpinVerdict, pieces, options: Mapping[str, Any]) -> tuple:
+    """Return the verdict on a body of parts with its odds and margins, and the uncertainty of its tensor or None."""
+    from sweeps.systems.uncertain_bodies import uncertain_parts
+
+    parts = uncertain_parts.UncertainParts(pieces, judged.axis, np.array(judged.direction))
+    odds, covariance = uncertain_parts.find_odds(parts, options)
+    uncertainty = None if covariance is None else {"covariance": covariance.tolist()}
+    return replace(judged, odds=odds, part_margin=uncertain_parts.find_part_margins(parts)), uncertainty
+
+
+def _sample(nominal, file_body, spin: Mapping[str, float], options: Mapping[str, Any], load) -> "Answer | None":
     """Return the sampled and measured body if an uncertainty is given; refuse options of the sampling without one."""
+    has_tolerances = file_body.pieces is not None and bool(file_body.pieces.sources)
     if options["uncertainty"] is None:
-        if extra_options := [name for name in SAMPLING if options[name] is not None]:
+        unused = SAMPLING[-1:] if has_tolerances else SAMPLING
+        if extra_options := [name for name in unused if options[name] is not None]:
             allowed = "both, or neither"
             raise DefinitionError(f"body: {', '.join(extra_options)}: given without uncertainty; allowed: {allowed}")
         return None
+    if has_tolerances:
+        raise DefinitionError("body: uncertainty: is given beside tolerances of parts; allowed: one of them")
     from sweeps.systems.uncertain_bodies import sampled_body
 
-    entry = sampled_body.entry_of(nominal) if isinstance(body, str) else {"name": nominal.name} | body_entry(body)
+    body = file_body.entry
+    entry = spin_outcomes.entry_of(nominal) if isinstance(body, str) else {"name": nominal.name} | body_entry(body)
     definition = sampled_body.make_definition(entry, options, spin, load)
     machine.keep_freed_memory()
     return sampled_body.measure_body(definition, machine.num_processors())

@@ -11,16 +11,24 @@ import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 
+from sweeps.schema.values import choice, integer
+
+QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
 METHODS = ("sobol", "latin", "random")
 MIN_DRAWS, MAX_DRAWS = 64, 4 * 10**6  # number of draws; more draws of a tensor would take more than a gigabyte
 MIN_REPLICATES = 16  # least number of replicates, enough for a standard error; the largest is twice this number
+MAX_DOUBT = 0.01  # probability below which (or above its complement) a regime is certain
 NORMAL_95 = 1.959963984540054  # standard deviations; a normal distribution has 95 % of its probability within them
 HALF_CELL = 2.0**-31  # half the spacing of SciPy's Sobol numbers; added, so that no normal is infinite
 UNIFORM_BOUNDS = (2.0**-54, 1.0 - 2.0**-53)  # bounds on all further uniform numbers, for the same reason
 
+Draws = Annotated[int, integer(MIN_DRAWS, MAX_DRAWS, f"a whole number from {MIN_DRAWS} to {MAX_DRAWS:,}")]
+Seed = Annotated[int, integer(0, 2**63 - 1, "a whole number, 0 or more")]
+Method = Annotated[str, choice(METHODS)]
 Groups = tuple[tuple[int, ...], ...]  # the columns of normals of each input
 
 
@@ -52,13 +60,26 @@ def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0,
     count, size = replicates(draws)
     numbers = np.empty((count, size, dimension))
 
-    def fill(row, seed):
-        ndtri(_uniforms(method, dimension, size, np.random.default_rng(seed)), out=row)
+    def fill(row, generator):
+        ndtri(_uniforms(method, dimension, size, generator), out=row)
 
     with ThreadPoolExecutor(threads) as pool:
-        list((pool.map if threads > 1 else map)(fill, numbers, np.random.SeedSequence([seed, stream]).spawn(count)))
+        list((pool.map if threads > 1 else map)(fill, numbers, _generators(count, seed, stream)))
     numbers.flags.writeable = False
     return numbers
+
+
+def iterate_normals(method: str, dimension: int, draws: int, seed: int) -> Iterator[np.ndarray]:
+    """Yield the replicates of `normals`, shape (size, dimension), one at a time."""
+    from scipy.special import ndtri
+
+    count, size = replicates(draws)
+    for generator in _generators(count, seed, 0):
+        yield ndtri(_uniforms(method, dimension, size, generator))
+
+
+def _generators(count: int, seed: int, stream: int) -> list[np.random.Generator]:
+    return [np.random.default_rng(each) for each in np.random.SeedSequence([seed, stream]).spawn(count)]
 
 
 def _uniforms(method: str, dimension: int, size: int, rng: np.random.Generator) -> np.ndarray:
@@ -96,6 +117,17 @@ def wilson_end(draws: int) -> float:
     Source: Wilson (1927), Journal of the American Statistical Association 22, 209; z^2/(n + z^2) without a hit.
     """
     return NORMAL_95**2 / (draws + NORMAL_95**2)
+
+
+def format_probability(value: float, error: float, draws: int, is_percent: bool = False) -> str:
+    """Return a probability with its standard error, "= 0.4758 ± 0.0009"; of no hit or no miss, its bound."""
+    scale, unit = (100, " %") if is_percent else (1, "")
+    if value in (0.0, 1.0):  # the opposite end of the interval of 95 %
+        bound = scale * wilson_end(draws)
+        digits = 2 - math.floor(math.log10(bound))
+        return f"< {bound:.2g}{unit} (95 %)" if value == 0.0 else f"> {scale - bound:.{digits}g}{unit} (95 %)"
+    digits = max(0 if is_percent else 2, 1 - math.floor(math.log10(scale * error)))
+    return f"= {scale * value:.{digits}f}{unit} ± {scale * error:.{digits}f}{unit}"
 
 
 def quantiles(values: np.ndarray, levels: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:

@@ -15,7 +15,6 @@ from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.uncertain_bodies import designs, possible
 from sweeps.systems.uncertain_bodies.distribution import Distribution
 
-QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
 MAX_FLIP_DRAWS = 2**15  # largest number of draws of a body that are integrated to their flips
 MAX_HALF_DRAWS = 2**13  # largest number of draws in each half of the design for sensitivities
 DRAWS_PER_HALF = 4  # number of draws of a body for each draw in a half of that design
@@ -23,7 +22,6 @@ TILE_DRAWS = 2**14  # number of draws that one thread measures at once
 DRAW_BYTES = 450  # memory of a draw while its body is measured, bytes
 MAX_RATE_EPSILON = 1e-6  # rates are for small perturbations: a larger one by tilted axes is reduced to this size
 STABLE, UNSTABLE = (0, 1), 2  # regimes of the kernels
-MAX_DOUBT = 0.01  # probability below which (or above its complement) the stability is certain
 DRAW_COLUMNS = {
     "omega_squared_reduced",
     "growth_rate_reduced",
@@ -65,9 +63,9 @@ def measure_spins(
 ) -> Iterator[tuple[Columns, Columns]]:
     """Yield (variables, draws) of each spin of a body.
 
-    Variables are floats, or arrays over `quantile` (of `QUANTILES`) or over the body's own inputs; draws are columns of
-    shape (n,): I1, I2, I3, growth_rate, frequency, regime, flip_period, max_tilt; the last two NaN if a draw was not
-    integrated to its flips.
+    Variables are floats, or arrays over `quantile` (of `designs.QUANTILES`) or over the body's own inputs; draws are
+    columns of shape (n,): I1, I2, I3, growth_rate, frequency, regime, flip_period, max_tilt; the last two NaN if a draw
+    was not integrated to its flips.
 
     Args:
         distribution: the body's moments, as a distribution.
@@ -180,7 +178,7 @@ class _Body:
     def _linear_summary(self, rates: Mapping[str, np.ndarray], spin: SpinSettings) -> dict:
         """Return the summary of all draws: probabilities, quantiles of growth rate and frequency, stability and status.
 
-        `stability` is 0 if almost no draw is unstable, 2 if almost all are, and 1 otherwise (see `MAX_DOUBT`).
+        `stability` is 0 if almost no draw is unstable, 2 if almost all are, and 1 otherwise (see `designs.MAX_DOUBT`).
         """
         a = spin.axis - 1
         other_moments = [self.moments[:, axis] for axis in range(3) if axis != a]
@@ -202,8 +200,8 @@ class _Body:
             "impossible_naive": float(np.mean(self.impossible)),
             "undecided": undecided,
             "draws": math.prod(self.shape),
-            "stability": 0 if likely < MAX_DOUBT else 2 if likely > 1 - MAX_DOUBT else 1,
-            "status": 0 if undecided < MAX_DOUBT else 1,
+            "stability": 0 if likely < designs.MAX_DOUBT else 2 if likely > 1 - designs.MAX_DOUBT else 1,
+            "status": 0 if undecided < designs.MAX_DOUBT else 1,
         }
 
     def _flip_summary(self, nonlinear: Mapping[str, np.ndarray], rate: np.ndarray) -> dict:
@@ -283,6 +281,6 @@ def _summarize_share(name: str, holds: np.ndarray) -> dict:
 
 
 def _summarize_quantiles(name: str, values: np.ndarray) -> dict:
-    quantiles, error = designs.quantiles(values, QUANTILES)
+    quantiles, error = designs.quantiles(values, designs.QUANTILES)
     finite = np.isfinite(quantiles)  # an infinite time, "never", is missing
     return {name: np.where(finite, quantiles, np.nan), f"{name}_error": np.where(finite, error, np.nan)}

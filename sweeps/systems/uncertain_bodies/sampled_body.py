@@ -9,14 +9,14 @@ import numpy as np
 from sweeps.reading.definitions import plain, read_text
 from sweeps.schema.refusals import DefinitionError, UnreadableError
 from sweeps.systems.bodies.body import body_entry
-from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.bodies.inertia import TENSOR_ROUNDING
 from sweeps.systems.motion import format_span
 from sweeps.systems.rigid_body.spin_outcomes import load_body
-from sweeps.systems.rigid_body.system import SpunBody
 from sweeps.systems.uncertain_bodies import designs, measuring
 from sweeps.systems.uncertain_bodies.distribution import Distribution
 from sweeps.systems.uncertain_bodies.possible import ENTRIES
 from sweeps.systems.uncertain_bodies.system import VARIABLES, UncertainBody, UncertainDefinition
+from sweeps.systems.uncertain_bodies.verdict import Odds, make_odds
 
 OPTIONS = (
     "draws",
@@ -56,15 +56,6 @@ def definition_of(bodies: object, uncertainty: object, omega0: float | str, othe
     return {"bodies": entries, "uncertainty": uncertainty, **other_keys}
 
 
-def entry_of(body: SpunBody) -> dict:
-    """Return the entry of a definition for a named body."""
-    entry = {"name": body.name}
-    if body.tensor is not None:
-        return entry | {"tensor": [list(row) for row in body.tensor]}
-    moments = dict(zip(MOMENTS, body.moments, strict=True))
-    return entry | ({"ratios": moments} if body.ratios is not None else moments)
-
-
 def make_definition(entry: Mapping, options: Mapping, spun: Mapping[str, float], load: Callable) -> UncertainDefinition:
     """Return the definition of one body; refusals name the option.
 
@@ -99,8 +90,17 @@ def collect_facts(result: Answer) -> dict:
         plain = {name: np.asarray(value).tolist() for name, value in summary.items() if name != "status"}
         axes[axis] = plain | {"stability": words[summary["stability"]]}
     how = {"draws": designs.count_draws(sampling.draws), "seed": sampling.seed, "method": sampling.method}
-    how |= {"turns": sampling.turns, "quantile": list(measuring.QUANTILES), "input": list(result.distribution.inputs)}
+    how |= {"turns": sampling.turns, "quantile": list(designs.QUANTILES), "input": list(result.distribution.inputs)}
     return how | {"impossible_naive": next(iter(axes.values()))["impossible_naive"], "axes": axes}
+
+
+def odds_of(result: Answer, axis: int) -> Odds:
+    """Return the odds of the spin about an axis from all draws."""
+    distribution, sampling, summary = result.distribution, result.sampling, result.axes[axis][0]
+    normals = designs.normals(sampling.method, distribution.dimension, sampling.draws, sampling.seed)
+    moments = np.array([distribution.inertia(replicate)[0] for replicate in normals])
+    sensitivity = dict(zip(distribution.inputs, np.nan_to_num(summary["sensitivity_total"]).tolist(), strict=True))
+    return make_odds(moments, axis, TENSOR_ROUNDING, sensitivity)
 
 
 def outcome_rows(result: Answer) -> list[tuple[str, str]]:
@@ -137,12 +137,7 @@ def _describe_outcome(axis: int, summary: Mapping, result: Answer) -> str:
 def _format_probability(summary: Mapping, event: str, draws: int) -> str:
     """Return a probability with its standard error, "= 0.4758 ± 0.0009"; of no hit or no miss, its bound."""
     value, error = summary[f"probability_{event}"], summary[f"probability_{event}_error"]
-    if value in (0.0, 1.0):  # the opposite end of the interval of 95 %
-        bound = designs.wilson_end(draws)
-        digits = 2 - math.floor(math.log10(bound))
-        return f"< {bound:.2g} (95 %)" if value == 0.0 else f"> {1 - bound:.{digits}g} (95 %)"
-    digits = max(2, 1 - math.floor(math.log10(error)))
-    return f"= {value:.{digits}f} ± {error:.{digits}f}"
+    return designs.format_probability(value, error, draws)
 
 
 def sampling_lines(result: Answer) -> Iterator[str]:

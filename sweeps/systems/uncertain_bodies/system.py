@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, model_validator
 from sweeps.schema.definition import Integration
 from sweeps.schema.parameters import Strict, key, mapping, switch
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
-from sweeps.schema.values import Positive, choice, finite, integer
+from sweeps.schema.values import Positive, finite
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import list_of
@@ -221,17 +221,13 @@ UncertaintyEntry = Annotated[
         json_schema_input_type=Uncertainty | float | str,
     ),
 ]
-Draws = Annotated[
-    int,
-    integer(designs.MIN_DRAWS, designs.MAX_DRAWS, f"a whole number from {designs.MIN_DRAWS} to {designs.MAX_DRAWS:,}"),
-]
 
 
 class UncertainBody(SpunBody):
     """One body and the uncertainty of its moments."""
 
     uncertainty: UncertaintyEntry = key(f"uncertainty of this body: {UNCERTAIN}")
-    draws: Draws = key("number of draws of this body")
+    draws: designs.Draws = key("number of draws of this body")
 
 
 class UncertainIntegration(Integration):
@@ -248,11 +244,9 @@ class UncertainDefinition(NearAxisDefinition):
     )
     integration: UncertainIntegration = mapping("how each draw is measured", UncertainIntegration)
     uncertainty: UncertaintyEntry = key(f"of all bodies without their own: {UNCERTAIN}")
-    draws: Draws = key("least number of draws of each body", 10_000)
-    seed: Annotated[int, integer(0, 2**63 - 1, "a whole number, 0 or more")] = key("seed of the draws: whole, ≥ 0", 1)
-    method: Annotated[str, choice(designs.METHODS)] = key(
-        "sampling of the draws: " + ", ".join(designs.METHODS), "sobol"
-    )
+    draws: designs.Draws = key("least number of draws of each body", 10_000)
+    seed: designs.Seed = key("seed of the draws: whole, ≥ 0", 1)
+    method: designs.Method = key("sampling of the draws: " + ", ".join(designs.METHODS), "sobol")
     turns: Positive = key("turns of the spin within which a flip is counted: > 0", 100.0)
     twist: bool = switch("to measure the twist of the draws too, and write its quantiles")
     keep: bool = switch("to write every draw into the map")
@@ -363,7 +357,7 @@ class UncertainBodies(FreeBody):
 
     def extra_dimensions(self, definition: UncertainDefinition) -> dict[str, np.ndarray]:
         """Return the levels of the quantiles, the inputs of all bodies, and the draws if the map contains them."""
-        dimensions = {"quantile": np.array(measuring.QUANTILES), "input": np.array(definition.inputs_of_draws)}
+        dimensions = {"quantile": np.array(designs.QUANTILES), "input": np.array(definition.inputs_of_draws)}
         if definition.keep:
             dimensions["draw"] = np.arange(_max_draws(definition), dtype=np.int32)
         return dimensions

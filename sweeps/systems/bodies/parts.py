@@ -1,0 +1,388 @@
+r"""Bodies from parts: shapes with masses, places and tolerances, summed by the parallel-axis theorem.
+
+Part i has the mass m_i, the centre of mass c_i and, about it, the mean squares of the coordinates
+:math:`S_i = \frac{1}{m_i}\int x x^\mathsf{T} dm`. The sum has
+
+.. math:: M = \sum m_i, \qquad c = \frac{1}{M} \sum m_i c_i, \qquad
+    \Sigma = \sum m_i \big(S_i + (c_i - c)(c_i - c)^\mathsf{T}\big), \qquad T = \mathrm{tr}(\Sigma)\,1 - \Sigma
+
+with the tensor of inertia T about c. As masses are positive and no S_i has a negative eigenvalue, the moments of every
+sum are physically possible.
+
+Source: Landau and Lifshitz, Mechanics, section 32; Goldstein, Classical Mechanics, chapter 5.
+"""
+
+import csv
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from pydantic import BeforeValidator, Discriminator, Tag, ValidationError, model_validator
+
+from sweeps.reading.definitions import file_text, plain, read_text
+from sweeps.reading.tables import heading
+from sweeps.schema.parameters import Strict, key
+from sweeps.schema.refusals import (
+    TAGS,
+    DefinitionError,
+    Problem,
+    UnreadableError,
+    display,
+    hint,
+    message,
+    refusal,
+    refusals,
+    validation_problems,
+)
+from sweeps.schema.values import Positive, Prose, convert_unit, finite, line_of_text, not_empty, number
+from sweeps.systems.bodies import inertia
+from sweeps.systems.bodies.body import Body, FileBody
+
+
+class Shape(NamedTuple):
+    """A uniform shape about its centre, by its lengths in m."""
+
+    words: tuple[str, ...]  #: meaning of each length
+    mean_squares: Callable[..., tuple[float, float, float]]  #: of x, y and z over the mass, m2
+    volume: Callable[..., float] | None = None  #: m3; None for a shape without volume, which has no density
+
+
+SHAPES = {
+    "box": Shape(("along x", "y", "z"), lambda *e: tuple(x * x / 12 for x in e), lambda *e: math.prod(e)),
+    "cylinder": Shape(
+        ("radius", "length along z"), lambda r, h: (r * r / 4, r * r / 4, h * h / 12), lambda r, h: math.pi * r * r * h
+    ),
+    "sphere": Shape(("radius",), lambda r: (r * r / 5,) * 3, lambda r: 4 / 3 * math.pi * r**3),
+    "shell": Shape(("radius of a thin sphere",), lambda r: (r * r / 3,) * 3),
+    "plate": Shape(("along x", "y, thin along z"), lambda a, b: (a * a / 12, b * b / 12, 0.0)),
+    "rod": Shape(("length along z",), lambda h: (0.0, 0.0, h * h / 12)),
+}
+KINDS = (*SHAPES, "point", "body")
+Name = Annotated[str, line_of_text(100)]
+
+
+def _numbers(words: tuple[str, ...], unit: str, is_size: bool = False) -> BeforeValidator:
+    """Return a validator of a number for each of the words, in a unit, > 0 if it is a size; one may be no list."""
+    allowed = f"{len(words)} numbers{' > 0' if is_size else ''} in {unit} ({', '.join(words)})"
+
+    def check(value: Any) -> tuple[float, ...]:
+        values = value if isinstance(value, tuple | list) else (value,)
+        amounts = tuple(finite(each, allowed, unit) for each in values)
+        if len(amounts) != len(words) or (is_size and not min(amounts) > 0):
+            raise refusal("is out of range", allowed)
+        return amounts
+
+    return BeforeValidator(check)
+
+
+def _lengths(shape: str) -> BeforeValidator:
+    return _numbers(SHAPES[shape].words, "m", is_size=True)
+
+
+def _in_unit(unit: str) -> BeforeValidator:
+    return BeforeValidator(lambda value: convert_unit(value, unit))
+
+
+_TURNED = "{x: ANGLE, y: ANGLE, z: ANGLE}: rotations about these fixed axes in the order given (rad, or 90 deg), or a "
+_TURNED += "unit quaternion, scalar first"
+
+
+def _rotation(value: object) -> np.ndarray:
+    """Return the rotation matrix of a mapping of axes to angles, or of a unit quaternion."""
+    from scipy.spatial.transform import Rotation
+
+    if isinstance(value, Mapping) and value and set(value) <= set("xyz"):
+        angles = [finite(angle, _TURNED, "rad") for angle in value.values()]
+        return Rotation.from_euler("".join(value), angles).as_matrix()
+    quaternion = [finite(part, _TURNED) for part in value] if isinstance(value, tuple | list) else []
+    if len(quaternion) != 4 or abs(math.hypot(*quaternion) - 1) > 1e-3:  # three decimals are enough
+        raise refusal("is no rotation", _TURNED)
+    return Rotation.from_quat(quaternion, scalar_first=True).as_matrix()
+
+
+_MASS, _PLACE = "of the mass, relative (5 %): from 0 to below 1", "of the place along each of x, y and z, m: 0 or more"
+
+
+class Tolerance(Strict):
+    """Standard deviations of the mass and the place of a part."""
+
+    mass: Annotated[float, number(lambda x: 0 <= x < 1, _MASS), _in_unit("1")] = key(_MASS)
+    place: Annotated[float, number(lambda x: x >= 0, _PLACE), _in_unit("m")] = key(_PLACE)
+
+
+class SharedTolerance(NamedTuple):
+    """A tolerance that moves the rigid pieces of a part together."""
+
+    part: str  #: name of the part
+    mass: float = 0.0  #: relative standard deviation of its mass
+    place: float = 0.0  #: standard deviation of its place along each coordinate, m
+
+    def replace_by(self, tolerance: Tolerance | None) -> "SharedTolerance":
+        """Return the source with the deviations that a tolerance gives."""
+        return self._replace(**({} if tolerance is None else tolerance.model_dump(exclude_none=True)))
+
+
+class Piece(NamedTuple):
+    """A rigid piece: a part that has no parts."""
+
+    mass: float  #: kg
+    place: np.ndarray  #: centre of mass, m, shape (3,)
+    mean_squares: np.ndarray  #: of the coordinates about it, m2, shape (3, 3)
+    rounding: float = inertia.TENSOR_ROUNDING  #: moments that differ by less, relative to the largest, count as equal
+    sources: tuple[SharedTolerance, ...] = ()  #: tolerances that it has
+
+
+def _piece_of(body: Body, mass: Any) -> Piece:
+    """Return a body, given by moments, tensor or mesh, as a piece in its own coordinates."""
+    axes = np.eye(3) if body.principal is None else np.array(body.principal.axes)
+    centre, rounding = np.zeros(3), inertia.TENSOR_ROUNDING
+    if body.solid is not None:
+        mass, centre, rounding = body.solid.mass, np.array(body.solid.centre), inertia.MESH_ROUNDING
+    second = sum(body.moments) / 2 - np.array(body.moments)  # about each principal axis
+    return Piece(mass, centre, (axes.T * second) @ axes / mass, rounding)
+
+
+OtherBody = Annotated[
+    Annotated[Body, Tag(TAGS[0])] | Annotated["Assembly", Tag(TAGS[1])],
+    Discriminator(lambda value: TAGS[isinstance(value, Mapping) and "parts" in value]),
+    BeforeValidator(lambda value: {"name": "body", **value} if isinstance(value, Mapping) else value),
+]
+
+
+class Part(Strict):
+    """One part: its shape, mass and place."""
+
+    name: Name = key("the part's name, unique in its list: one line of text, at most 100 characters", ...)
+    box: Annotated[tuple, _lengths("box")] = key("edges, m")
+    cylinder: Annotated[tuple, _lengths("cylinder")] = key("radius, and length along z, m")
+    sphere: Annotated[tuple, _lengths("sphere")] = key("radius of a solid sphere, m")
+    shell: Annotated[tuple, _lengths("shell")] = key("radius of a thin spherical shell, m")
+    plate: Annotated[tuple, _lengths("plate")] = key("edges along x and y of a thin plate, m")
+    rod: Annotated[tuple, _lengths("rod")] = key("length along z of a thin rod, m")
+    point: bool = key("true for a point mass")
+    body: OtherBody = key("another body: {parts}, {mesh: {file, density or mass, unit}}, {tensor} or {I1, I2, I3}")
+    at: Annotated[tuple, _numbers(("x", "y", "z"), "m")] = key(
+        "place of its centre; of a mesh or parts, of their origin", (0.0,) * 3
+    )
+    turned: Annotated[Any, BeforeValidator(_rotation)] = key(f"before it is placed, {_TURNED}")
+    mass: Annotated[Positive, _in_unit("kg")] = key("mass, kg: > 0")
+    density: Annotated[Positive, _in_unit("kg m-3")] = key(
+        "density, kg m-3: > 0, in place of the mass of a shape with volume"
+    )
+    tolerance: Tolerance = key("{mass, place}: standard deviations")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _mesh_as_body(cls, values: object) -> object:
+        if not isinstance(values, Mapping) or "mesh" not in values:
+            return values
+        mesh = values["mesh"] if isinstance(values["mesh"], Mapping) else {"file": values["mesh"]}
+        own = {name: values[name] for name in ("mass", "density") if name in values}
+        other = {name: value for name, value in values.items() if name not in (*own, "mesh")}
+        return other | {"body": {"mesh": {**mesh, **own}}}
+
+    @model_validator(mode="after")
+    def _check_mass(self) -> "Part":
+        kinds = [name for name in KINDS if getattr(self, name) not in (None, False)]
+        if len(kinds) != 1:
+            problem = f"has {' and '.join(kinds)}" if kinds else "has no shape"
+            raise refusal(problem, f"one of {', '.join((*KINDS, 'mesh'))}")
+        knows_mass = isinstance(self.body, Assembly) or (self.body is not None and self.body.solid is not None)
+        options = ["density"] if kinds[0] in SHAPES and SHAPES[kinds[0]].volume else []
+        options = [] if knows_mass else ["mass", *options]
+        masses = [name for name in ("mass", "density") if getattr(self, name) is not None]
+        if len(masses) != bool(options) or not set(masses) <= set(options):
+            reason = f"is not as a {kinds[0]} needs it" if masses else "is missing"
+            allowed = " or ".join(options) or "no mass: it follows from the body"
+            raise refusals([Problem((masses[-1] if masses else "mass",), "", reason, allowed)])
+        if isinstance(self.body, Body) and self.body.ratios is not None:
+            raise refusals([Problem(("body", "ratios"), "", "are no moments", "tensor, or I1, I2 and I3, kg m2")])
+        return self
+
+    def pieces(self, default: SharedTolerance) -> Iterator[Piece]:
+        """Yield its rigid pieces in the coordinates of the whole; `default` is the tolerance of parts without own."""
+        rotation = np.eye(3) if self.turned is None else self.turned
+        inner: Iterable[Piece] = [Piece(self.mass, np.zeros(3), np.zeros((3, 3)))]
+        own = default._replace(part=self.name)
+        if isinstance(self.body, Assembly):
+            inner, own = self.body.pieces(default), SharedTolerance(self.name)
+        elif self.body is not None:
+            inner = [_piece_of(self.body, self.mass)]
+        for shape, lengths in ((SHAPES[n], getattr(self, n)) for n in SHAPES if getattr(self, n) is not None):
+            mass = self.density * shape.volume(*lengths) if self.mass is None and shape.volume else self.mass
+            inner = [Piece(mass, np.zeros(3), np.diag(shape.mean_squares(*lengths)))]
+        source = own.replace_by(self.tolerance)
+        for piece in inner:
+            sources = [each._replace(part=f"{self.name}/{each.part}") for each in piece.sources]
+            yield piece._replace(
+                place=np.array(self.at) + rotation @ piece.place,
+                mean_squares=rotation @ piece.mean_squares @ rotation.T,
+                sources=(*sources, *([source] if any(source[1:]) else ())),
+            )
+
+
+class Assembly(Strict):
+    """A body of parts."""
+
+    name: Name = key("the body's name: one line of text, at most 100 characters", ...)
+    parts: Annotated[tuple[Part, ...], BeforeValidator(not_empty)] = key("a list of parts, names unique", ...)
+    tolerance: Tolerance = key("{mass, place}: standard deviations of parts without their own")
+    spin: Annotated[tuple, _numbers(("x", "y", "z"), "rad s-1")] = key(
+        "angular velocity in the axes of the parts, rad s-1"
+    )
+    states: dict[str, dict[str, dict] | None] = key("state → part → keys that differ", {"": {}})
+    source: Prose = key("source of the numbers: text")
+    note: Prose = key("remark for the reader: text")
+
+    @model_validator(mode="after")
+    def _check_names(self) -> "Assembly":
+        names = [part.name for part in self.parts]
+        if repeated := [number for number, name in enumerate(names) if name in names[:number]]:
+            words = "is an earlier part's name", "names that all differ"
+            raise refusals([Problem(("parts", n, "name"), display(names[n]), *words) for n in repeated])
+        for state, changes in self.states.items():
+            for name in set(changes or ()) - set(names):
+                allowed = "the names of parts: " + ", ".join(names)
+                raise refusals([Problem(("states", state, name), "", "is no part" + hint(name, names), allowed)])
+        if self.spin is not None and not any(self.spin):
+            raise refusals([Problem(("spin",), display(self.spin), "is no spin", "an angular velocity other than 0")])
+        return self
+
+    def pieces(self, default: SharedTolerance) -> Iterator[Piece]:
+        """Yield its rigid pieces; `default` is the tolerance of parts without their own."""
+        for part in self.parts:
+            yield from part.pieces(default.replace_by(self.tolerance))
+
+
+class Pieces(NamedTuple):
+    """The rigid pieces of a body as arrays, places relative to its centre of mass."""
+
+    masses: np.ndarray  #: kg, shape (pieces,)
+    places: np.ndarray  #: centres of mass, m, shape (pieces, 3)
+    mean_squares: np.ndarray  #: of the coordinates about them, m2, shape (pieces, 3, 3)
+    parts: dict[str, list[int]]  #: name of a part → numbers of its pieces
+    sources: dict[SharedTolerance, list[int]]  #: tolerance → numbers of the pieces that it moves
+    rounding: float  #: moments that differ by less, relative to the largest, count as equal
+
+
+def sum_pieces(masses: np.ndarray, places: np.ndarray, mean_squares: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return mass, centre of mass and tensor of inertia about it, of one body or of many at once.
+
+    Args:
+        masses: kg, shape (…, pieces).
+        places: centres of mass, m, shape (…, pieces, 3).
+        mean_squares: of the coordinates about them, m2, shape (pieces, 3, 3).
+
+    Returns:
+        kg, shape (…); m, shape (…, 3); kg m2, shape (…, 3, 3).
+    """
+    mass = masses.sum(axis=-1)
+    centre = (masses[..., None] * places).sum(axis=-2) / mass[..., None]
+    offset = places - centre[..., None, :]
+    second = np.tensordot(masses, mean_squares, 1) + np.swapaxes(masses[..., None] * offset, -1, -2) @ offset
+    return mass, centre, np.trace(second, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - second
+
+
+# -- files and mappings
+
+COLUMNS = "name shape size_1 size_2 size_3 mass density x y z turned_x turned_y turned_z tolerance_mass tolerance_place"
+
+
+def table_parts(text: str) -> tuple[dict, ...]:
+    """Return the parts of a CSV table with some of the columns `COLUMNS`; a heading may have a unit, "x (mm)"."""
+    delimiter = next((sign for sign in ",;\t" if sign in text.partition("\n")[0]), ",")
+    first, *rows = [*csv.reader(text.splitlines(), delimiter=delimiter)] or [[]]
+    headings = [heading(each) for each in first]
+    if unknown := [name for name, _ in headings if name not in COLUMNS.split()]:
+        raise UnreadableError(("table",), display(unknown[0]), "is an unknown column", COLUMNS)
+    parts = []
+    for row in rows:
+        cells = {name: (cell.strip(), unit) for (name, unit), cell in zip(headings, row, strict=False) if cell.strip()}
+        values = {name: _cell(*cells[name]) for name in cells if name not in ("name", "shape")}
+        part: dict[str, Any] = {name: values[name] for name in ("mass", "density") if name in values}
+        part |= {"name": cells.get("name", [""])[0], "at": tuple(values.get(axis, 0.0) for axis in "xyz")}
+        shape = cells.get("shape", ["shape"])[0]
+        part[shape] = shape == "point" or tuple(v for name, v in values.items() if name.startswith("size"))
+        for name in ("turned", "tolerance"):
+            if inner := {k.partition("_")[2]: v for k, v in values.items() if k.startswith(f"{name}_")}:
+                part[name] = inner
+        parts += [part] if cells else []
+    return tuple(parts)
+
+
+def _cell(text: str, unit: str) -> float | str:
+    """Return a number of a table with its unit as text, or alone if its heading has no unit."""
+    try:
+        return f"{float(text)!r} {unit}" if unit else float(text)
+    except ValueError:
+        return text
+
+
+def read_bodies(path: str) -> list[FileBody]:
+    """Return the bodies of a file of parts (YAML, JSON, or a CSV table), one for each of its states."""
+    try:
+        text = file_text(Path(path))
+        values = {"parts": table_parts(text)} if path.lower().endswith(".csv") else plain(read_text(text))
+        if not isinstance(values, dict) or "parts" not in values:
+            allowed = "a list of parts (a definition of a sweep is given by --definition)"
+            raise UnreadableError(("parts",), "", "is missing", allowed)
+    except UnreadableError as error:
+        raise DefinitionError(message(path, [error.problem])) from None
+    return bodies_of(values, path, Path(path).stem)
+
+
+def bodies_of(values: Mapping, label: str = "body", name: str = "your body") -> list[FileBody]:
+    """Return the bodies of a mapping of parts, one for each of its states.
+
+    Args:
+        values: the mapping, with the keys of `Assembly`.
+        label: its path, to which paths of meshes are relative; it begins refusals.
+        name: name of a body that has none.
+
+    Raises:
+        DefinitionError: naming the key, its value and the allowed values.
+    """
+    context, bodies, title = {"folder": str(Path(label).parent)}, [], label
+    try:
+        values = {"name": name, **plain(values)}
+        for state, changes in Assembly.model_validate(values, context=context).states.items():
+            title = f"{label}: states.{state}" if state else label
+            parts = tuple({**part, **(changes or {}).get(part["name"], {})} for part in values["parts"])
+            bodies.append(_file_body(Assembly.model_validate({**values, "parts": parts}, context=context), state))
+    except UnreadableError as error:
+        raise DefinitionError(message(label, [error.problem])) from None
+    except ValidationError as error:
+        raise DefinitionError(message(title, validation_problems(error, Assembly))) from None
+    except inertia.InertiaError as error:
+        raise DefinitionError(message(title, [Problem(("parts",), "", error.wrong, error.allowed)])) from None
+    return bodies
+
+
+def _file_body(assembly: Assembly, state: str) -> FileBody:
+    """Return the sum of the parts in a state as an entry of a definition, with its pieces."""
+    default = SharedTolerance("").replace_by(assembly.tolerance)
+    owned = [(part.name, piece) for part in assembly.parts for piece in part.pieces(default)]
+    parts: dict[str, list[int]] = {}
+    sources: dict[SharedTolerance, list[int]] = {}
+    for place, (part, piece) in enumerate(owned):
+        parts.setdefault(part, []).append(place)
+        for source in piece.sources:
+            sources.setdefault(source, []).append(place)
+    masses, places, mean_squares, roundings = map(np.array, list(zip(*(piece for _, piece in owned), strict=True))[:4])
+    mass, centre, tensor = sum_pieces(masses, places, mean_squares)
+    principal = inertia.principal(tensor.tolist(), roundings.max())
+    axes = np.array(principal.axes)
+    if principal.notes:  # moments that were made equal
+        tensor = (axes.T * np.array(principal.moments)) @ axes
+    title = ", ".join(filter(None, (assembly.name, state)))
+    point = ", ".join(f"{x:.6g}" for x in centre + 0.0)
+    return FileBody(
+        name=state or title,
+        entry={"name": title, "tensor": ((tensor + tensor.T) / 2).tolist()},
+        omega=assembly.spin,
+        facts={"mass": float(mass), "centre": centre.tolist(), "parts": len(parts)},
+        lines=(f"{len(parts):,} parts, {mass:.6g} kg, centre of mass ({point}) m",),
+        pieces=Pieces(masses, places - centre, mean_squares, parts, sources, float(roundings.max())),
+    )

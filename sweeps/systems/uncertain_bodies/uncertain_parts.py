@@ -1,0 +1,169 @@
+r"""Draws of a body of uncertain parts, the odds of a spin, and the change of one part that changes its verdict.
+
+A draw multiplies the mass of each part by a log-normal factor of mean 1 with the relative standard deviation of its
+tolerance, and moves the part along each coordinate by a normal displacement; each tolerance is independent. As no mass
+becomes negative, every draw is a physically possible body. The tensor of each draw is about its own centre of mass.
+The spin axis of a draw is its principal axis nearest to the judged axis of the nominal body.
+
+Source: see `sweeps.systems.bodies.parts` and `sweeps.systems.uncertain_bodies.designs`.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from sweeps.schema.parameters import Strict, key
+from sweeps.schema.refusals import DefinitionError, message, validation_problems
+from sweeps.systems.bodies.parts import Pieces, sum_pieces
+from sweeps.systems.uncertain_bodies import designs
+from sweeps.systems.uncertain_bodies.possible import ENTRIES
+from sweeps.systems.uncertain_bodies.verdict import Odds, judge_draws, make_odds
+
+DRAWS = 2**17  # number of draws without --draws; a probability of 1e-3 is known to some 10 % of itself
+SENSITIVITY_DRAWS = 2**10  # draws in each half of the design for sensitivities, which know an index to a few per cent
+#: relative changes of a mass, down to none and up to ten times, and displacements over the size of the body, at which
+#: the verdict is computed before the place of its change is bisected
+MASS_CHANGES = np.concatenate([np.geomspace(1e-4, 9.0, 300), -np.geomspace(1e-4, 1.0 - 1e-9, 250)])
+PLACE_CHANGES = np.geomspace(1e-5, 10.0, 300)
+BISECTIONS = 40  # halvings of a bracket of a few per cent, to beyond the rounding of moments
+
+
+class DrawSettings(Strict):
+    """Number, seed and method of the draws."""
+
+    draws: designs.Draws = key("number of draws", DRAWS)
+    seed: designs.Seed = key("seed of the draws", 1)
+    method: designs.Method = key(f"sampling: {', '.join(designs.METHODS)}", "sobol")
+
+
+@dataclass(frozen=True, eq=False)
+class UncertainParts:
+    """A body of parts, its judged axis, and the tolerances of its parts."""
+
+    pieces: Pieces
+    axis: int  #: judged axis, 1, 2 or 3
+    direction: np.ndarray  #: the judged axis, shape (3,)
+
+    @property
+    def inputs(self) -> dict[str, tuple[int, ...]]:
+        """Name of each uncertain mass or place → its columns of standard normals."""
+        names = [
+            (f"{name} of {source.part}", width)
+            for source in self.pieces.sources
+            for name, deviation, width in (("mass", source.mass, 1), ("place", source.place, 3))
+            if deviation
+        ]
+        ends = accumulate(width for _, width in names)
+        return {name: tuple(range(end - width, end)) for (name, width), end in zip(names, ends, strict=True)}
+
+    def draw_tensors(self, normals: np.ndarray) -> np.ndarray:
+        """Return the tensors of inertia, kg m2, shape (n, 3, 3), from standard normals, shape (n, columns)."""
+        masses = np.repeat(self.pieces.masses[None, :], len(normals), axis=0)
+        places = np.repeat(self.pieces.places[None, :], len(normals), axis=0)
+        column = 0
+        for source, moved in self.pieces.sources.items():
+            if source.mass:
+                variance = math.log1p(source.mass**2)
+                masses[:, moved] *= np.exp(math.sqrt(variance) * normals[:, column, None] - variance / 2)
+                column += 1
+            if source.place:
+                places[:, moved] += source.place * normals[:, None, column : column + 3]
+                column += 3
+        return sum_pieces(masses, places, self.pieces.mean_squares)[2]
+
+    def find_moments(self, tensors: np.ndarray) -> np.ndarray:
+        """Return principal moments, kg m2, shape (n, 3), in cyclic order from that about the judged axis."""
+        values, vectors = np.linalg.eigh(tensors)
+        nearest = np.abs(np.swapaxes(vectors, -1, -2) @ self.direction).argmax(axis=-1)
+        return np.take_along_axis(values, (nearest[:, None] + np.arange(3)) % 3, axis=1)
+
+    def relative_rate(self, normals: np.ndarray) -> np.ndarray:
+        """Return Ω² over ω₀² about the judged axis of each draw: negative where unstable."""
+        along, b, c = self.find_moments(self.draw_tensors(normals)).T
+        return (along - b) * (along - c) / (b * c)
+
+    def judge(self, tensors: np.ndarray) -> np.ndarray:
+        """Return the number among `WORDS_BY_RANK` of each tensor."""
+        return judge_draws(self.find_moments(tensors), 1, self.pieces.rounding)
+
+
+def find_odds(parts: UncertainParts, options: Mapping[str, Any]) -> tuple[Odds, np.ndarray] | tuple[None, None]:
+    """Return the odds of the spin and the covariance of the tensor's entries; (None, None) without tolerances.
+
+    Args:
+        parts: the body.
+        options: draws, seed and method, None each for the default.
+    """
+    inputs = parts.inputs
+    if not inputs:
+        return None, None
+    try:
+        sampling = DrawSettings.model_validate(
+            {k: v for k in DrawSettings.model_fields if (v := options[k]) is not None}
+        )
+    except ValidationError as error:
+        raise DefinitionError(message("body", validation_problems(error, DrawSettings))) from None
+    draws, seed, method = sampling.draws, sampling.seed, sampling.method
+    groups, moments, entries = tuple(inputs.values()), [], []
+    for normals in designs.iterate_normals(method, sum(map(len, groups)), draws, seed):
+        tensors = parts.draw_tensors(normals)
+        moments.append(parts.find_moments(tensors))
+        entries.append(np.stack([tensors[:, i, j] for i, j in ENTRIES.values()], axis=1))
+    indices = designs.sobol_indices(parts.relative_rate, groups, min(draws, SENSITIVITY_DRAWS), seed, method)
+    sensitivity = dict(zip(inputs, indices["total"].tolist(), strict=True))
+    odds = make_odds(np.array(moments), 1, parts.pieces.rounding, sensitivity)
+    return odds, np.cov(np.concatenate(entries), rowvar=False)
+
+
+# -- margins
+
+
+def find_part_margins(parts: UncertainParts) -> dict[str, dict[str, Any] | None]:
+    """Return the smallest change of one part's mass, and of its place along x, y or z, that changes the verdict.
+
+    Masses from none to ten times, and displacements up to ten times the body's size, √(tr T/M), are searched in steps
+    of a few per cent; None if no change is found.
+    """
+    pieces, (mass, _, tensor) = parts.pieces, sum_pieces(*parts.pieces[:3])
+    size = math.sqrt(np.trace(tensor) / mass)
+    directions = {
+        sign + name: row * float(f"{sign}1") for name, row in zip("xyz", np.eye(3), strict=True) for sign in "+-"
+    }
+    word = parts.judge(tensor[None])[0]
+    margins: dict[str, list[dict[str, Any]]] = {"mass": [], "place": []}
+    for part, moved in pieces.parts.items() if len(pieces.parts) > 1 else ():
+
+        def changes_verdict(change: np.ndarray, step: np.ndarray | None, moved: list[int] = moved) -> np.ndarray:
+            masses, places = (np.repeat(values[None], len(change), axis=0) for values in pieces[:2])
+            if step is None:
+                masses[:, moved] *= 1 + change[:, None]
+            else:
+                places[:, moved] += change[:, None, None] * step
+            return parts.judge(sum_pieces(masses, places, pieces.mean_squares)[2]) != word
+
+        for changes in (MASS_CHANGES[MASS_CHANGES > 0], MASS_CHANGES[MASS_CHANGES < 0]):
+            if (change := _first_change(changes, lambda x: changes_verdict(x, None))) is not None:
+                margins["mass"].append({"part": part, "change": change})
+        for along, step in directions.items():
+            change = _first_change(size * PLACE_CHANGES, lambda x, step=step: changes_verdict(x, step))
+            if change is not None:
+                margins["place"].append({"part": part, "along": along, "change": change})
+    return {name: min(found, key=lambda each: abs(each["change"]), default=None) for name, found in margins.items()}
+
+
+def _first_change(changes: np.ndarray, is_changed) -> float | None:
+    """Return the first of ascending sizes of a change at which a predicate is true, bisected; None if it is nowhere."""
+    numbers = np.flatnonzero(is_changed(changes))
+    if not numbers.size:
+        return None
+    high = float(changes[numbers[0]])
+    low = float(changes[numbers[0] - 1]) if numbers[0] else 0.0
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        low, high = (low, middle) if is_changed(np.array([middle]))[0] else (middle, high)
+    return high

@@ -1,0 +1,262 @@
+"""Bodies from parts against textbook moments and trimesh, their draws against draws of our own, and their files."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import sweeps
+from sweeps.schema.refusals import DefinitionError
+from sweeps.systems.bodies import body_files
+from sweeps.systems.uncertain_bodies import designs, uncertain_parts
+
+trimesh = pytest.importorskip("trimesh")
+
+# moments of uniform shapes about their centres, over the mass: Goldstein, Classical Mechanics; MacMillan, Dynamics
+TEXTBOOK = {
+    "box": (3, lambda a, b, c: [b * b + c * c, a * a + c * c, a * a + b * b], 12),
+    "cylinder": (2, lambda r, h: [3 * r * r + h * h, 3 * r * r + h * h, 6 * r * r], 12),
+    "sphere": (1, lambda r: [2 * r * r] * 3, 5),
+    "shell": (1, lambda r: [2 * r * r] * 3, 3),
+    "plate": (2, lambda a, b: [b * b, a * a, a * a + b * b], 12),
+    "rod": (1, lambda h: [h * h, h * h, 0], 12),
+    "point": (0, lambda: [0, 0, 0], 1),
+}
+
+
+def random_part(rng, number):
+    """Return the mapping of a part, its mass, place, and tensor of inertia about its centre, in the body's axes."""
+    shape = list(TEXTBOOK)[number % len(TEXTBOOK)]
+    count, moments, divisor = TEXTBOOK[shape]
+    sizes, mass, place = rng.uniform(0.1, 2, count), rng.uniform(0.1, 5), rng.uniform(-3, 3, 3)
+    quaternion = trimesh.transformations.random_quaternion(rng.random(3))
+    rotation = trimesh.transformations.quaternion_matrix(quaternion)[:3, :3]
+    tensor = rotation @ np.diag(moments(*sizes)) @ rotation.T * mass / divisor
+    part = {"name": f"{shape} {number}", shape: sizes.tolist() or True, "mass": mass, "at": place.tolist()}
+    return part | {"turned": quaternion.tolist()}, mass, place, tensor
+
+
+def by_steiner(pieces):
+    """Return mass, centre and tensor of the sum of (mass, place, tensor), by Steiner's theorem for tensors."""
+    mass = sum(m for m, _, _ in pieces)
+    centre = sum(m * place for m, place, _ in pieces) / mass
+    tensor = np.zeros((3, 3))
+    for m, place, own in pieces:
+        d = place - centre
+        tensor += own + m * (d @ d * np.eye(3) - np.outer(d, d))
+    return mass, centre, tensor
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_a_body_of_parts_has_the_moments_of_the_textbook(seed):
+    rng = np.random.default_rng(seed)
+    pieces = [random_part(rng, seed + k) for k in range(2 + seed % 6)]
+    (body,) = body_files.find_bodies({"parts": [part for part, *_ in pieces]})
+    mass, centre, tensor = by_steiner([piece for _, *piece in pieces])
+    # sums of some ten rounded numbers
+    assert body.facts["mass"] == pytest.approx(mass, rel=1e-13)
+    np.testing.assert_allclose(body.facts["centre"], centre, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(body.entry["tensor"], tensor, rtol=0, atol=1e-12 * np.abs(tensor).max())
+    facts = sweeps.body({"parts": [part for part, *_ in pieces]}).facts
+    np.testing.assert_allclose(facts["moments"], np.linalg.eigvalsh(tensor), rtol=0, atol=1e-12 * np.abs(tensor).max())
+
+
+def test_boxes_and_a_mesh_are_those_of_trimesh(tmp_path):
+    rng, meshes, entries = np.random.default_rng(1), [], []
+    for k in range(5):
+        transform = trimesh.transformations.random_rotation_matrix(rng.random(3))
+        transform[:3, 3] = (3.0 * k, rng.random(), rng.random())  # apart from each other
+        edges = rng.uniform(0.2, 1, 3)
+        meshes.append(trimesh.creation.box(edges, transform))
+        place = {"at": transform[:3, 3].tolist()}
+        place["turned"] = trimesh.transformations.quaternion_from_matrix(transform).tolist()
+        entries.append({"name": str(k), "box": edges.tolist(), "density": "2 g/cm3", **place})
+    cylinder = trimesh.creation.cylinder(0.3, 1.0, sections=64)
+    cylinder.export(tmp_path / "cylinder.obj", digits=17)
+    mesh = {"name": "mesh", "mesh": {"file": str(tmp_path / "cylinder.obj")}, "density": 2000, "at": [0, 8, 0]}
+    meshes.append(cylinder.copy().apply_translation([0, 8, 0]))
+    whole = trimesh.util.concatenate(meshes)
+    whole.density = 2000.0
+    (body,) = body_files.find_bodies({"parts": [*entries, mesh]})
+    # trimesh integrates about the origin, up to 15 m away: some digits are lost to cancellation
+    np.testing.assert_allclose(body.entry["tensor"], whole.moment_inertia, rtol=0, atol=1e-12 * 1e6)
+    np.testing.assert_allclose(body.facts["centre"], whole.center_mass, atol=1e-12)
+    (exact,) = body_files.find_bodies({"parts": [{"name": "c", "cylinder": [0.3, 1.0], "density": 2000}]})
+    (other,) = body_files.find_bodies({"parts": [{**mesh, "at": [0, 0, 0]}]})
+    # a polygon of 64 corners has the area of its circle but for (2π/64)²/6, and its square for the mean square
+    assert other.facts["mass"] == pytest.approx(exact.facts["mass"], rel=2e-3)
+    np.testing.assert_allclose(np.diag(other.entry["tensor"]), np.diag(exact.entry["tensor"]), rtol=4e-3)
+
+
+def test_another_body_is_a_part_with_all_of_its_parts():
+    rng = np.random.default_rng(3)
+    (first, *of_first), (second, *of_second), (third, *of_third) = (random_part(rng, k) for k in range(3))
+    place, angle = np.array([0.3, -0.2, 1.0]), 0.4
+    group = {"name": "group", "body": {"parts": [first, second]}, "at": place.tolist(), "turned": {"y": angle}}
+    known = {"name": "known", "body": {"tensor": of_third[2].tolist()}, "mass": third["mass"], "at": third["at"]}
+    (body,) = body_files.find_bodies({"parts": [group, known]})
+    turn = trimesh.transformations.rotation_matrix(angle, [0, 1, 0])[:3, :3]
+    moved = [(m, place + turn @ at, turn @ own @ turn.T) for m, at, own in (of_first, of_second)]
+    tensor = by_steiner([*moved, of_third])[2]
+    np.testing.assert_allclose(body.entry["tensor"], tensor, rtol=0, atol=1e-12 * np.abs(tensor).max())
+
+
+def test_angles_turn_about_fixed_axes_in_the_order_given():
+    part = {"name": "rod", "rod": 2.0, "mass": 1.0, "turned": {"x": "90 deg", "z": "90 deg"}}
+    point = {"name": "tip", "point": True, "mass": 1.0, "at": [0, 0, 1]}
+    (body,) = body_files.find_bodies({"parts": [part, point]})
+    along_x = np.diag([0.0, 1 / 3, 1 / 3])  # z turns to -y about x, then -y to x about z
+    np.testing.assert_allclose(body.entry["tensor"], along_x + np.diag([0.5, 0.5, 0.0]), atol=1e-15)
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Tolerances
+
+
+HEIGHT = 0.18  # m, for which I2 and I3 differ by some per cent
+UNCERTAIN = {
+    "tolerance": {"mass": "8 %", "place": "4 mm"},
+    "parts": [
+        {"name": "Bus", "box": [0.2, 0.25, HEIGHT], "mass": 6.0, "tolerance": {"mass": "3 %"}},
+        {"name": "Tank", "sphere": 0.05, "mass": 2.0, "at": [0.0, 0.01, -0.08], "tolerance": {"mass": "60 %"}},
+        {
+            "name": "Wing",
+            "at": [0.3, 0, 0],
+            "tolerance": {"mass": "10 %", "place": "15 mm"},
+            "body": {
+                "parts": [
+                    {"name": "Panel", "plate": [0.3, 0.2], "mass": 0.4},
+                    {"name": "Spar", "rod": 0.3, "mass": 0.2, "turned": {"y": "90 deg"}, "tolerance": {"place": 0}},
+                ]
+            },
+        },
+    ],
+}
+#: pieces of UNCERTAIN: mass, place, moments of its own, and its deviations: of mass (own and of the wing), of place
+BY_HAND = [
+    (6.0, (0, 0, 0), tuple(6 * (a**2 + b**2) / 12 for a, b in ((0.25, HEIGHT), (0.2, HEIGHT), (0.2, 0.25)))),
+    (2.0, (0.0, 0.01, -0.08), (2 * 0.4 * 0.05**2,) * 3),
+    (0.4, (0.3, 0, 0), (0.4 * 0.2**2 / 12, 0.4 * 0.3**2 / 12, 0.4 * (0.3**2 + 0.2**2) / 12)),
+    (0.2, (0.3, 0, 0), (0, 0.2 * 0.3**2 / 12, 0.2 * 0.3**2 / 12)),
+]
+
+
+def draw_by_hand(count, seed):
+    """Return tensors of independent draws of UNCERTAIN about their centres of mass, each entry as a sum over pieces."""
+    rng = np.random.default_rng(seed)
+
+    def factor(deviation):
+        sigma = math.sqrt(math.log(1 + deviation**2))
+        return rng.lognormal(-(sigma**2) / 2, sigma, count)
+
+    wing, wing_step = factor(0.10), rng.normal(0, 0.015, (count, 3))
+    masses = [factor(0.03), factor(0.60), factor(0.08) * wing, factor(0.08) * wing]
+    steps = [rng.normal(0, s, (count, 3)) for s in (0.004, 0.004, 0.004, 0.0)]
+    steps = [step + wing_step * (k > 1) for k, step in enumerate(steps)]
+    total, first, tensor = np.zeros(count), np.zeros((count, 3)), np.zeros((count, 3, 3))
+    for (mass, place, own), relative, step in zip(BY_HAND, masses, steps, strict=True):
+        m, r = mass * relative, np.array(place) + step
+        total += m
+        first += m[:, None] * r
+        tensor += relative[:, None, None] * np.diag(own)
+        tensor += m[:, None, None] * ((r**2).sum(axis=1)[:, None, None] * np.eye(3) - r[:, :, None] * r[:, None, :])
+    c = first / total[:, None]
+    return tensor - total[:, None, None] * (
+        (c**2).sum(axis=1)[:, None, None] * np.eye(3) - c[:, :, None] * c[:, None, :]
+    )
+
+
+def words_by_hand(tensors, direction):
+    """Return the fractions of draws whose axis nearest to a direction is that of least, middle and greatest inertia."""
+    vectors = np.linalg.eigh(tensors)[1]
+    order = np.abs(np.einsum("nij,i->nj", vectors, direction)).argmax(axis=1)
+    return np.bincount(order, minlength=3) / len(order)
+
+
+@pytest.mark.parametrize("axis", [2, 3])
+def test_probabilities_are_those_of_a_million_draws_of_the_whole_assembly(axis):
+    answer = sweeps.body(UNCERTAIN, axis=axis)
+    odds, count = answer.judged.odds, 10**6
+    tensors = draw_by_hand(count, 7)
+    reference = words_by_hand(tensors, answer.judged.direction)
+    assert 0.01 < reference[1] < 0.99
+    for word, value in zip(("stable_without_loss", "unstable", "stable"), reference, strict=True):
+        sigma = math.hypot(odds.error[word], math.sqrt(value * (1 - value) / count))
+        assert abs(odds.probability[word] - value) <= 4 * sigma + 4 / count, word
+    assert odds.draws == 2**17
+    assert answer.judged.word == "uncertain"
+    moments = np.linalg.eigvalsh(tensors[: 2**17])
+    for row, column in zip(odds.moment_quantile, moments.T, strict=True):
+        # a quantile at p has the error sqrt(p (1 - p)/n) in p: 4 of them of both sides at the 1 % level
+        levels = [np.mean(column <= value) for value in row]
+        np.testing.assert_allclose(levels, odds.quantile, atol=0.008)
+    covariance = np.array(answer.entry["uncertainty"]["covariance"])
+    entries = np.stack([tensors[:, i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))], axis=1)
+    spread = np.sqrt(np.diag(covariance))
+    # variances of 1e6 draws of a distribution with tails: some 1 %
+    np.testing.assert_allclose(
+        np.cov(entries, rowvar=False) / np.outer(spread, spread), covariance / np.outer(spread, spread), atol=0.03
+    )
+
+
+def test_the_largest_contribution_is_the_part_whose_exact_knowledge_helps_most():
+    odds = sweeps.body(UNCERTAIN, axis=3).judged.odds
+    assert odds.largest_contribution == "mass of Tank"
+    facts = sweeps.body(UNCERTAIN, axis=3).facts["verdict"]
+    assert facts["largest_contribution"] == "mass of Tank"
+    exact = json.loads(json.dumps(UNCERTAIN))
+    exact["parts"][1]["tolerance"]["mass"] = 0
+    (body,), (reference,) = body_files.find_bodies(exact), body_files.find_bodies(UNCERTAIN)
+
+    def spread(each):
+        part = uncertain_parts.UncertainParts(each.pieces, 3, np.array(facts["direction"]))
+        normals = designs.normals("sobol", sum(map(len, part.inputs.values())), 2**14, 2).reshape(2**14, -1)
+        return part.relative_rate(normals).var()
+
+    # the variance that is left if the mass is known is less than 1 - first-order index ≤ … of the whole
+    assert spread(body) < 0.75 * spread(reference)
+
+
+def test_masses_never_become_negative_and_every_draw_is_a_body():
+    wild = {"parts": [{"name": n, "box": [0.1, 0.2, 0.3], "mass": 1.0, "at": [k, 0, 0]} for k, n in enumerate("ab")]}
+    (body,) = body_files.find_bodies({**wild, "tolerance": {"mass": "99 %", "place": 0.5}})
+    part = uncertain_parts.UncertainParts(body.pieces, 3, np.array([0.0, 0.0, 1.0]))
+    tensors = part.draw_tensors(designs.normals("sobol", 8, 2**14, 1).reshape(-1, 8))
+    moments = np.linalg.eigvalsh(tensors)
+    assert (2 * moments[:, 2] <= moments.sum(axis=1) * (1 + 1e-12)).all()
+    assert (moments > 0).all()
+    mean = np.mean([each[0, 0] for each in tensors]) / (2 * (0.2**2 + 0.3**2) / 12)
+    assert mean > 1.0  # displacements across add to the moment
+
+
+def test_without_tolerances_there_is_no_probability():
+    answer = sweeps.body({"parts": [{"name": "Box", "box": [0.1, 0.2, 0.3], "mass": 1.0}]})
+    assert answer.judged.odds is None
+    assert answer.judged.word == "stable"
+    with pytest.raises(DefinitionError, match="known exactly"):
+        answer.meets("stable", 0.9)
+
+
+def test_equal_moments_in_every_draw_are_marginal():
+    rod = {"name": "Can", "cylinder": [0.1, 0.5], "mass": 1.0, "tolerance": {"mass": "5 %"}}
+    answer = sweeps.body({"parts": [rod]}, axis=3)
+    assert answer.judged.word == "marginal"
+    assert answer.judged.odds.probability["marginal"] == 1.0
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Margins
+
+
+def test_the_margin_of_a_part_is_where_its_moments_cross():
+    # two masses on a plate in the plane: I = (1/12 + 2 m y², 4/12 + 2 m x², …)
+    body = {
+        "parts": [{"name": "Plate", "box": [1.0, 2.0, 0.2], "mass": 12.0}, {"name": "Ball", "point": True, "mass": 1.0}]
+    }
+    margin = sweeps.body(body, axis=3).judged.part_margin
+    # I3 - I1 = 12 (1² + 2² - 2² - 0.2²)/12 = 0.96; a displacement z of the ball adds μ z² to I1 and I2, μ = 12/13
+    assert margin["place"]["part"] in ("Ball", "Plate")
+    assert margin["place"]["along"] in ("+z", "-z")
+    assert margin["place"]["change"] == pytest.approx(math.sqrt(0.96 * 13 / 12), rel=1e-9)
+    assert margin["mass"] is None  # both at the centre: the moments keep their ratios, or their order
