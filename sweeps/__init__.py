@@ -206,12 +206,14 @@ def body(
     definition: str | Path = "bodies",
     **setting: "Unpack[BodySetting]",
 ) -> "BodyAnswer":
-    """Predict whether a spin about each principal axis of a body is stable.
+    """Predict whether a spin of a body is stable, with its margin, and what a spin about each principal axis does.
 
     Args:
         body: a name, or part of one, among the bodies of `definition`; three moments of inertia (kg m2); a tensor, 3 by
-            3; or a body's mapping as in a definition: {"ratios": …}, {"mesh": {"file": …, "density": …}}.
-        axis: 1, 2 or 3; left out, all three.
+            3; a body's mapping as in a definition: {"ratios": …}, {"mesh": {"file": …, "density": …}}; a mapping of
+            parts, {"parts": [{"name": "Bus", "box": [0.1, 0.1, 0.2], "mass": 2.0, "tolerance": {"mass": "5 %"}}, …]},
+            or a file of parts or of a robot, "sat.yaml" or "sat.yaml:deployed".
+        axis: 1, 2 or 3; left out, all three, and `facts["verdict"]` states which spin is judged.
         twist: whether to add the twist about the handle.
         definition: the definition that lists a name.
         setting: omega0 (rad s-1), epsilon and phase of the perturbation; or omega, an angular velocity in any
@@ -220,7 +222,8 @@ def body(
             turns: then bodies are sampled and measured.
 
     Returns:
-        The answer: `print` shows it, `facts` contains its numbers.
+        The answer: `print` shows it, `facts` contains its numbers, `meets("stable", 0.999)` compares the verdict with a
+        requirement, and `write_definition` writes the body for sweeps.
 
     Raises:
         DefinitionError: naming the invalid argument and the allowed values.

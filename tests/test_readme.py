@@ -12,7 +12,7 @@ from sweeps.maps import storage
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-HOWTO = ("bodies", "robots", "check-cases", "points", "python", "report")
+HOWTO = ("bodies", "parts", "robots", "check-cases", "points", "python", "report")
 PAGES = (*(f"howto/{name}" for name in HOWTO), "tutorials/cluster")
 TEXT = "\n".join([README, *((ROOT / f"sweeps/handbook/text/{page}.md").read_text(encoding="utf-8") for page in PAGES)])
 BLOCK = re.compile(r"(?:<!-- run by (\S+) -->\n\n)?```sh\n(.*?)```", re.DOTALL)
@@ -42,6 +42,8 @@ def folder(tmp_path_factory):
     large.write_text(re.sub(r"num: \d+", "num: 9", large.read_text()))  # its points take minutes
     trimesh.creation.box((0.27, 0.2, 0.01)).export(folder / "racket.stl")
     (folder / "my.yaml").write_text(re.search(r"```yaml\n(title: A brick\n.*?)```", TEXT, re.DOTALL)[1])
+    (folder / "cubesat.yaml").write_text(re.search(r"```yaml\n(name: CubeSat\n.*?)```", TEXT, re.DOTALL)[1])
+    (folder / "parts.csv").write_text(re.search(r"```csv\n(.*?)```", TEXT, re.DOTALL)[1])
     (folder / "arm.urdf").write_text(re.search(r"```xml\n(.*?)```", TEXT, re.DOTALL)[1])
     (folder / "results/tennis_racket").mkdir(parents=True)
     storage.write_map(sweeps.survey("tennis_racket", threads=2), folder / "results/tennis_racket/stability_map.nc")

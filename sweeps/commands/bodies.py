@@ -22,10 +22,14 @@ NAME may be a part of a name: `polhode body racket`. Without NAME the bodies are
   polhode body --mesh racket.stl --density "0.6 g/cm3" --unit mm
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3 --omega 0 0 "5 rpm"
   polhode body --rotational "27.88 cm-1" "14.52 cm-1" "9.278 cm-1"
+  polhode body sat.yaml:deployed --omega0 "30 rpm" --require stable --probability 0.999
   polhode body robot.urdf --link forearm
   polhode body robot.urdf -o links.yaml
 
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3 --uncertainty 5% --omega0 0.1 --axis 3
+
+A file of parts (YAML, JSON, or a CSV table) has shapes with masses, places and tolerances, in one or several states:
+see the handbook's page "A satellite from its parts". -o writes the sums, with their uncertainty, for sweeps.
 
 A tensor, and each link of a robot file (URDF, SDF, MJCF), is checked. If no rigid body has it, or if it is unlikely for
 --mass, --size and --centre or for mass and shapes of the link, the causes that explain it are listed.
@@ -43,7 +47,8 @@ inertia. --json prints SI units, angles (max_tilt) in rad, as in maps.
 
 The answer begins with the verdict on one spin: stable (with dissipation too), stable_without_loss, unstable, marginal
 or uncertain, and with its margin, the smallest relative change of one moment that changes it. The judged axis is that
-of --axis, the one nearest to --omega, that of the usual spin of a listed body, or else the axis of greatest inertia.
+of --axis, the one nearest to --omega or to the spin of a file, that of the usual spin of a listed body, or else the
+axis of greatest inertia. --require exits with 3 for another verdict.
 
 --omega is in the coordinates of the tensor or the mesh, or about axes 1, 2, 3 of --moments and --ratios. The answer is
 the mode (short-axis mode: the polhode encircles the axis of greatest inertia; long-axis mode: of least inertia), the

@@ -31,7 +31,8 @@ and by hand:
   polhode report map.nc -o report.html
 
 exit status: 0 done; 2 invalid input, or not enough memory or disk (see message; no file is half-written); 3 the verdict
-`fail` of `certify`; 130 interrupted; 1 anything else (of `verify`: the map differs)
+`fail` of `certify`, or a spin that is not as `body --require` needs it; 130 interrupted; 1 anything else (of `verify`:
+the map differs)
 """
 
 # each adds its command to the parser, in the order of the help

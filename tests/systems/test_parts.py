@@ -2,11 +2,15 @@
 
 import json
 import math
+import re
+from pathlib import Path
 
+import calls
 import numpy as np
 import pytest
 
 import sweeps
+from sweeps.__main__ import main
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies import body_files
 from sweeps.systems.uncertain_bodies import designs, uncertain_parts
@@ -260,3 +264,136 @@ def test_the_margin_of_a_part_is_where_its_moments_cross():
     assert margin["place"]["along"] in ("+z", "-z")
     assert margin["place"]["change"] == pytest.approx(math.sqrt(0.96 * 13 / 12), rel=1e-9)
     assert margin["mass"] is None  # both at the centre: the moments keep their ratios, or their order
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Files, and the page of the handbook
+
+PAGE = (Path(sweeps.__file__).parent / "handbook/text/howto/parts.md").read_text(encoding="utf-8")
+
+
+def page_file(folder, suffix, kind):
+    path = folder / f"cubesat.{suffix}"
+    path.write_text(re.search(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)[1], encoding="utf-8")
+    return str(path)
+
+
+def test_the_satellite_of_the_handbook_is_judged_as_printed(tmp_path, capsys):
+    path = page_file(tmp_path, "yaml", "yaml")
+    sentence = re.search(r"```text\n(.*?)\n```", PAGE, re.DOTALL)[1]
+    assert f"CubeSat, deployed {sentence} judged spin" in " ".join(
+        calls.run_command(capsys, "body", f"{path}:deployed").split()
+    )
+    facts = json.loads(calls.run_command(capsys, "body", path, "--omega0", "30 rpm", "--json"))["bodies"]
+    assert {name: each["verdict"]["word"] for name, each in facts.items()} == {
+        "CubeSat, stowed": "stable_without_loss",
+        "CubeSat, deployed": "stable",
+    }
+    assert facts["CubeSat, deployed"]["omega0"] == pytest.approx(math.pi)
+    for margin in facts["CubeSat, deployed"]["verdict"]["part_margin"].values():
+        assert margin["part"] == "Bus"
+
+
+@pytest.mark.parametrize(
+    ("required", "status"),
+    [
+        (("stable", "--probability", 0.999), 0),
+        (("stable",), 0),
+        (("stable_without_loss", "--probability", 0.999), 0),
+        (("unstable",), 3),
+        (("stable", "--probability", 0.99995), 3),
+        (("stable", "--probability", 0.99978), 2),
+        (("stable", "--probability", 1.5), 2),
+    ],
+)
+def test_a_requirement_sets_the_exit_status(tmp_path, capsys, required, status):
+    path = page_file(tmp_path, "yaml", "yaml")
+    assert main(["body", f"{path}:deployed", "--require", *map(str, required)]) == status
+    assert ("Spin about axis 3" in capsys.readouterr().out) == (status != 2)
+
+
+def test_the_sums_are_a_definition_with_the_uncertainty_of_the_parts(tmp_path, capsys):
+    path, out = page_file(tmp_path, "yaml", "yaml"), tmp_path / "sums.yaml"
+    calls.run_command(capsys, "body", path, "-o", out)
+    ds = sweeps.survey(out).sel(body="CubeSat, deployed", axis=3)
+    odds = sweeps.body(f"{path}:deployed").judged.odds
+    # of 10,240 normal draws of the tensor: the tails of P = 2e-4 differ from those of the parts
+    assert ds.probability_unstable.item() == pytest.approx(odds.probability["unstable"], abs=5e-4)
+    assert ds.attrs["system"] == "uncertain_bodies"
+
+
+def test_a_table_of_parts_is_the_same_body_as_its_mapping(tmp_path):
+    (body,) = body_files.find_bodies(page_file(tmp_path, "csv", "csv"))
+    parts = [
+        {"name": "Bus", "box": [0.1, 0.1, 0.227], "mass": 2.1},
+        {"name": "Battery", "box": [0.09, 0.09, 0.04], "mass": 0.45, "at": [0, 0, 0.03]},
+        {"name": "Antenna", "rod": 0.5, "mass": 0.03, "at": [0, 0, 0.35]},
+        {"name": "Wheel", "cylinder": [0.03, 0.02], "mass": 0.18, "at": [0, 0, -0.06]},
+    ]
+    (same,) = body_files.find_bodies({"parts": parts})
+    np.testing.assert_allclose(body.entry["tensor"], same.entry["tensor"], rtol=1e-14, atol=1e-18)
+    assert [source.mass for source in body.pieces.sources] == [0.01, 0.05, 0.1, 0.03]
+
+
+BOX = {"name": "A", "box": [1, 1, 1], "mass": 1}
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"parts": []}, "parts: [] is empty"),
+        ({"parts": [BOX, BOX]}, "parts[1].name: 'A' is an earlier part's name"),
+        ({"parts": [{"name": "A", "mass": 1}]}, "has no shape; allowed: one of box, cylinder"),
+        ({"parts": [BOX | {"rod": 1}]}, "has box and rod; allowed: one of"),
+        ({"parts": [BOX | {"box": [1, 1]}]}, "parts[0].box: [1, 1] is out of range; allowed: 3 numbers > 0 in m"),
+        ({"parts": [BOX | {"box": [1, 1, -1]}]}, "is out of range; allowed: 3 numbers > 0 in m"),
+        ({"parts": [BOX | {"mass": "1 m"}]}, "parts[0].mass: '1 m' has the unit 'm'"),
+        ({"parts": [BOX | {"mass": -1}]}, "parts[0].mass: -1 is out of range; allowed: a finite number > 0"),
+        ({"parts": [BOX | {"density": 1}]}, "parts[0].density: is not as a box needs it; allowed: mass or density"),
+        ({"parts": [{"name": "A", "rod": 1, "density": 1}]}, "needs it; allowed: mass"),
+        ({"parts": [{"name": "A", "rod": 1}]}, "parts[0].mass: is missing"),
+        ({"parts": [BOX | {"at": [1, 2]}]}, "parts[0].at: [1, 2] is out of range; allowed: 3 numbers in m"),
+        ({"parts": [BOX | {"turned": {"w": 1}}]}, "parts[0].turned: {w: 1} is no rotation"),
+        ({"parts": [BOX | {"turned": [1, 1, 0, 0]}]}, "is no rotation"),
+        ({"parts": [BOX | {"tolerance": {"mass": "120 %"}}]}, "parts[0].tolerance.mass: 1.2 is out of range"),
+        ({"parts": [BOX | {"tolerance": {"place": -1}}]}, "parts[0].tolerance.place: -1 is out of range"),
+        ({"parts": [BOX | {"colour": 1}]}, "parts[0].colour: is an unknown key"),
+        ({"parts": [BOX], "spin": [0, 0, 0]}, "spin: [0.0, 0.0, 0.0] is no spin"),
+        ({"parts": [BOX], "states": {"open": {"B": {}}}}, "states.open.B: is no part"),
+        ({"parts": [BOX], "states": {"open": {"A": {"mass": 0}}}}, "states.open': parts[0].mass: 0 is out of"),
+        ({"parts": [{"name": "A", "point": True, "mass": 1}]}, "three principal moments > 0"),
+        ({"parts": [{"name": "A", "mesh": "none.stl", "mass": 1}]}, "mesh.file: 'none.stl' is not there"),
+        ({"parts": [{"name": "A", "body": {"tensor": [[1, 0, 0], [0, 1, 0], [0, 0, 5]]}, "mass": 1}]}, "no rigid body"),
+        ({"parts": [{"name": "A", "body": {"parts": [BOX]}, "mass": 1}]}, "allowed: no mass: it follows"),
+    ],
+)
+def test_parts_are_refused_with_key_and_reason(values, words):
+    with pytest.raises(DefinitionError) as error:
+        sweeps.body(values)
+    assert words in str(error.value)
+    assert "; allowed: " in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("a.yaml", "grid: {}", "parts: is missing; allowed: a list of parts (a definition of a sweep"),
+        ("a.yaml", "parts: [", "is not YAML"),
+        ("a.csv", "name,shape,weight\nA,box,1", "'weight' is an unknown column"),
+        ("a.csv", "", "parts: [] is empty"),
+        ("a.csv", "name,shape,mass\nA,box,heavy", "'heavy'"),
+        ("a.yaml", "parts: [&a {name: A, parts: *a}]", "whole value"),
+    ],
+)
+def test_files_of_no_parts_are_refused(tmp_path, capsys, name, text, words):
+    (tmp_path / name).write_text(text)
+    assert words in calls.refusal_message(capsys, "body", tmp_path / name)
+
+
+def test_one_state_is_needed_where_one_body_is(tmp_path, capsys):
+    path = page_file(tmp_path, "yaml", "yaml")
+    message = calls.refusal_message(capsys, "motion", path, "-o", tmp_path / "a.csv")
+    assert "is 2 bodies; allowed: one of them, FILE:NAME with NAME stowed or deployed" in message
+    assert main(["motion", f"{path}:stowed", "-o", str(tmp_path / "a.csv")]) == 0
+    assert "in the axes of the file" in capsys.readouterr().err
+    assert "allowed: stowed, deployed" in calls.refusal_message(capsys, "body", f"{path}:closed")

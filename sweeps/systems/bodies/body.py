@@ -151,7 +151,7 @@ class Body(Strict):
                 self._principal = self._solid.principal
         except (inertia.InertiaError, inertia.MeshError) as error:
             where = ("mesh", "file") if self.mesh else ("tensor",)
-            value = display(self.mesh.file) if self.mesh else error.shown
+            value = display(self.mesh.file) if self.mesh else getattr(error, "shown", "")
             raise refusals([Problem(where, value, error.wrong, error.allowed)]) from None
 
 

@@ -43,7 +43,8 @@ class Edges(NamedTuple):
 
 def find_shells(vertices: np.ndarray, faces: np.ndarray) -> Shells:
     """Return the closed surfaces of a mesh; refuse one that is open."""
-    faces, notes = _without_equal_corners(faces), ()
+    notes: tuple[str, ...] = ()
+    faces = _without_equal_corners(faces)
     edges = _edges_of(faces, len(vertices))
     for distance in CORNER_DISTANCES if (edges.uses % 2).any() else ():
         joined_vertices, joined = _join_corners(vertices, faces, distance)

@@ -50,7 +50,7 @@ class Shape(NamedTuple):
 
 
 SHAPES = {
-    "box": Shape(("along x", "y", "z"), lambda *e: tuple(x * x / 12 for x in e), lambda *e: math.prod(e)),
+    "box": Shape(("along x", "y", "z"), lambda *edges: tuple(np.square(edges) / 12), lambda *edges: math.prod(edges)),
     "cylinder": Shape(
         ("radius", "length along z"), lambda r, h: (r * r / 4, r * r / 4, h * h / 12), lambda r, h: math.pi * r * r * h
     ),
@@ -210,7 +210,7 @@ class Part(Strict):
             inner, own = self.body.pieces(default), SharedTolerance(self.name)
         elif self.body is not None:
             inner = [_piece_of(self.body, self.mass)]
-        for shape, lengths in ((SHAPES[n], getattr(self, n)) for n in SHAPES if getattr(self, n) is not None):
+        for shape, lengths in ((SHAPES[name], getattr(self, name)) for name in SHAPES if getattr(self, name)):
             mass = self.density * shape.volume(*lengths) if self.mass is None and shape.volume else self.mass
             inner = [Piece(mass, np.zeros(3), np.diag(shape.mean_squares(*lengths)))]
         source = own.replace_by(self.tolerance)
@@ -241,7 +241,7 @@ class Assembly(Strict):
         names = [part.name for part in self.parts]
         if repeated := [number for number, name in enumerate(names) if name in names[:number]]:
             words = "is an earlier part's name", "names that all differ"
-            raise refusals([Problem(("parts", n, "name"), display(names[n]), *words) for n in repeated])
+            raise refusals([Problem(("parts", number, "name"), display(names[number]), *words) for number in repeated])
         for state, changes in self.states.items():
             for name in set(changes or ()) - set(names):
                 allowed = "the names of parts: " + ", ".join(names)
@@ -295,8 +295,8 @@ def table_parts(text: str) -> tuple[dict, ...]:
     delimiter = next((sign for sign in ",;\t" if sign in text.partition("\n")[0]), ",")
     first, *rows = [*csv.reader(text.splitlines(), delimiter=delimiter)] or [[]]
     headings = [heading(each) for each in first]
-    if unknown := [name for name, _ in headings if name not in COLUMNS.split()]:
-        raise UnreadableError(("table",), display(unknown[0]), "is an unknown column", COLUMNS)
+    for unknown in sorted({each[0] for each in headings} - set(COLUMNS.split())):
+        raise UnreadableError(("table",), display(unknown), "is an unknown column", COLUMNS)
     parts = []
     for row in rows:
         cells = {name: (cell.strip(), unit) for (name, unit), cell in zip(headings, row, strict=False) if cell.strip()}
@@ -304,9 +304,9 @@ def table_parts(text: str) -> tuple[dict, ...]:
         part: dict[str, Any] = {name: values[name] for name in ("mass", "density") if name in values}
         part |= {"name": cells.get("name", [""])[0], "at": tuple(values.get(axis, 0.0) for axis in "xyz")}
         shape = cells.get("shape", ["shape"])[0]
-        part[shape] = shape == "point" or tuple(v for name, v in values.items() if name.startswith("size"))
+        part[shape] = shape == "point" or tuple(values[name] for name in values if name.startswith("size"))
         for name in ("turned", "tolerance"):
-            if inner := {k.partition("_")[2]: v for k, v in values.items() if k.startswith(f"{name}_")}:
+            if inner := {each.partition("_")[2]: values[each] for each in values if each.startswith(f"{name}_")}:
                 part[name] = inner
         parts += [part] if cells else []
     return tuple(parts)
@@ -370,14 +370,14 @@ def _file_body(assembly: Assembly, state: str) -> FileBody:
         parts.setdefault(part, []).append(place)
         for source in piece.sources:
             sources.setdefault(source, []).append(place)
-    masses, places, mean_squares, roundings = map(np.array, list(zip(*(piece for _, piece in owned), strict=True))[:4])
+    masses, places, mean_squares, roundings = map(np.array, list(zip(*(each[1] for each in owned), strict=True))[:4])
     mass, centre, tensor = sum_pieces(masses, places, mean_squares)
     principal = inertia.principal(tensor.tolist(), roundings.max())
     axes = np.array(principal.axes)
     if principal.notes:  # moments that were made equal
         tensor = (axes.T * np.array(principal.moments)) @ axes
     title = ", ".join(filter(None, (assembly.name, state)))
-    point = ", ".join(f"{x:.6g}" for x in centre + 0.0)
+    point = ", ".join(f"{coordinate:.6g}" for coordinate in centre + 0.0)
     return FileBody(
         name=state or title,
         entry={"name": title, "tensor": ((tensor + tensor.T) / 2).tolist()},

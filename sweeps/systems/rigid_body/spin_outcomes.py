@@ -175,7 +175,7 @@ def bodies_by_name(definition: Definition, path: object) -> dict[str, SpunBody]:
     return {body.name: body for body in definition.bodies}
 
 
-def load_body(values: Mapping, load: Callable[[Mapping], Definition]) -> Definition:
+def load_body(values: Mapping, load: Callable[[Mapping], Definition]) -> Any:
     """Return the definition of one body; refusals name the body's key."""
     try:
         return load(values)

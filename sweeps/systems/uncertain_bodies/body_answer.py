@@ -180,7 +180,7 @@ def _answer_one(file_body: FileBody, source: object, options: Mapping[str, Any],
         facts["rotation"] = rotation.facts
         tables[0][1].append(rotation_mode.describe_rotation(rotation))
     entry = spin_outcomes.entry_of(nominal) | {"omega0": spin["omega0"], "axis": judged.axis}
-    sample = _sample(nominal, file_body, spin, options | {"axes": axes}, load)
+    sample = _sample(nominal, file_body, spin, {**options, "axes": axes}, load)
     if file_body.pieces is not None:
         judged, entry["uncertainty"] = _judge_parts(judged, file_body.pieces, options)
     if sample is not None:

@@ -58,7 +58,7 @@ class UncertainParts:
             for name, deviation, width in (("mass", source.mass, 1), ("place", source.place, 3))
             if deviation
         ]
-        ends = accumulate(width for _, width in names)
+        ends = accumulate(name[1] for name in names)
         return {name: tuple(range(end - width, end)) for (name, width), end in zip(names, ends, strict=True)}
 
     def draw_tensors(self, normals: np.ndarray) -> np.ndarray:
@@ -84,8 +84,8 @@ class UncertainParts:
 
     def relative_rate(self, normals: np.ndarray) -> np.ndarray:
         """Return Ω² over ω₀² about the judged axis of each draw: negative where unstable."""
-        along, b, c = self.find_moments(self.draw_tensors(normals)).T
-        return (along - b) * (along - c) / (b * c)
+        along, second, third = self.find_moments(self.draw_tensors(normals)).T
+        return (along - second) * (along - third) / (second * third)
 
     def judge(self, tensors: np.ndarray) -> np.ndarray:
         """Return the number among `WORDS_BY_RANK` of each tensor."""
@@ -104,16 +104,17 @@ def find_odds(parts: UncertainParts, options: Mapping[str, Any]) -> tuple[Odds, 
         return None, None
     try:
         sampling = DrawSettings.model_validate(
-            {k: v for k in DrawSettings.model_fields if (v := options[k]) is not None}
+            {name: options[name] for name in DrawSettings.model_fields if options[name] is not None}
         )
     except ValidationError as error:
         raise DefinitionError(message("body", validation_problems(error, DrawSettings))) from None
     draws, seed, method = sampling.draws, sampling.seed, sampling.method
     groups, moments, entries = tuple(inputs.values()), [], []
+    rows, columns = np.transpose([*ENTRIES.values()])
     for normals in designs.iterate_normals(method, sum(map(len, groups)), draws, seed):
         tensors = parts.draw_tensors(normals)
         moments.append(parts.find_moments(tensors))
-        entries.append(np.stack([tensors[:, i, j] for i, j in ENTRIES.values()], axis=1))
+        entries.append(tensors[:, rows, columns])
     indices = designs.sobol_indices(parts.relative_rate, groups, min(draws, SENSITIVITY_DRAWS), seed, method)
     sensitivity = dict(zip(inputs, indices["total"].tolist(), strict=True))
     odds = make_odds(np.array(moments), 1, parts.pieces.rounding, sensitivity)
@@ -129,8 +130,9 @@ def find_part_margins(parts: UncertainParts) -> dict[str, dict[str, Any] | None]
     Masses from none to ten times, and displacements up to ten times the body's size, √(tr T/M), are searched in steps
     of a few per cent; None if no change is found.
     """
-    pieces, (mass, _, tensor) = parts.pieces, sum_pieces(*parts.pieces[:3])
-    size = math.sqrt(np.trace(tensor) / mass)
+    pieces = parts.pieces
+    tensor = sum_pieces(*pieces[:3])[2]
+    size = math.sqrt(np.trace(tensor) / pieces.masses.sum())
     directions = {
         sign + name: row * float(f"{sign}1") for name, row in zip("xyz", np.eye(3), strict=True) for sign in "+-"
     }
@@ -163,7 +165,7 @@ def _first_change(changes: np.ndarray, is_changed) -> float | None:
         return None
     high = float(changes[numbers[0]])
     low = float(changes[numbers[0] - 1]) if numbers[0] else 0.0
-    for _ in range(BISECTIONS):
+    for _halving in range(BISECTIONS):
         middle = (low + high) / 2
         low, high = (low, middle) if is_changed(np.array([middle]))[0] else (middle, high)
     return high

@@ -84,7 +84,8 @@ class SpinVerdict:
         """One of `WORDS`: uncertain if no word is certain."""
         if self.odds is None:
             return self.nominal
-        return next((word for word, p in self.odds.probability.items() if p > 1 - designs.MAX_DOUBT), "uncertain")
+        likely, probability = max(self.odds.probability.items(), key=lambda each: each[1])
+        return likely if probability > 1 - designs.MAX_DOUBT else "uncertain"
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -227,10 +228,12 @@ def odds_lines(odds: Odds | None) -> list[str]:
     """Return lines on the draws: probabilities, quantiles of the moments, and the contributions of the inputs."""
     if odds is None:
         return []
-    chances = (
-        f"P({word}) {designs.format_probability(p, odds.error[word], odds.draws, is_percent=True)}"
-        for word, p in odds.probability.items()
-    )
+    format_probability = designs.format_probability
+    chances = [
+        f"P({word}) {format_probability(value, odds.error[word], odds.draws, is_percent=True)}"
+        for word, value in odds.probability.items()
+        if value > 0
+    ]
     lines = [f"{odds.draws:,} bodies drawn: {'; '.join(chances)}"]
     for name, values in zip(MOMENTS, odds.moment_quantile, strict=True):
         lines.append(
