@@ -45,6 +45,8 @@ class BodySetting(TypedDict, total=False):
     epsilon: "Quantity"
     phase: "Quantity"
     omega: "Sequence[Quantity]"
+    orbit: "Quantity"
+    mu: "Quantity"
     uncertainty: "float | str | Mapping[str, Any]"
     draws: int
     seed: int
@@ -218,8 +220,10 @@ def body(
         definition: the definition that lists a name.
         setting: omega0 (rad s-1), epsilon and phase of the perturbation; or omega, an angular velocity in any
             direction, in the axes of the tensor or mesh, otherwise about the principal axes (its mode, tilts and
-            periods are `facts["rotation"]`); uncertainty (0.05, "5 %", or a mapping), with draws, seed, method and
-            turns: then bodies are sampled and measured.
+            periods are `facts["rotation"]`); orbit, the altitude (km) of a circular orbit about the Earth, or its
+            radius with mu (km3 s-2) of another body (stable orientations and librations: `facts["orbit"]`);
+            uncertainty (0.05, "5 %", or a mapping), with draws, seed, method and turns: then bodies are sampled and
+            measured.
 
     Returns:
         The answer: `print` shows it, `facts` contains its numbers, `meets("stable", 0.999)` compares the verdict with a

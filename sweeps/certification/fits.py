@@ -5,14 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sweeps.certification.reference import (
-    BodyMotion,
-    conjugate,
-    errors,
-    exact_motion,
-    largest_error,
-    rotation_vector,
-)
+from sweeps.certification.reference import BodyMotion, conjugate, errors, exact_motion, largest_error, rotation_vector
 from sweeps.systems.motion import multiply
 
 FIRST_ROWS = 8  # rows of the first fit; each further one has twice as many, so that none is half a turn off

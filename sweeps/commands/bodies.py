@@ -23,6 +23,7 @@ NAME may be a part of a name: `polhode body racket`. Without NAME the bodies are
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3 --omega 0 0 "5 rpm"
   polhode body --rotational "27.88 cm-1" "14.52 cm-1" "9.278 cm-1"
   polhode body sat.yaml:deployed --omega0 "30 rpm" --require stable --probability 0.999
+  polhode body --moments 10 12 14 --orbit "500 km"
   polhode body robot.urdf --link forearm
   polhode body robot.urdf -o links.yaml
 
@@ -50,6 +51,9 @@ or uncertain, and with its margin, the smallest relative change of one moment th
 of --axis, the one nearest to --omega or to the spin of a file, that of the usual spin of a listed body, or else the
 axis of greatest inertia. --require exits with 3 for another verdict.
 
+With --orbit the answer lists the orientations that gravity keeps: the axes that point down, along the path and across,
+the verdict, and the periods of libration.
+
 --omega is in the coordinates of the tensor or the mesh, or about axes 1, 2, 3 of --moments and --ratios. The answer is
 the mode (short-axis mode: the polhode encircles the axis of greatest inertia; long-axis mode: of least inertia), the
 largest tilts of angular velocity and momentum from that axis, and the periods P_psi and P_phi of `polhode tumbler`.
@@ -72,6 +76,10 @@ def add_body(commands) -> None:
     command.add_argument("--twist", action="store_true", help="state the twist about the handle too")
     command.add_argument("--axis", type=parser.number, metavar="A", help="spin axis (default all three)")
     parser.add_omega(command, "in any direction")
+    text = "report which axis may point down on a circular orbit so high above the Earth, km; with --mu of this radius"
+    command.add_argument("--orbit", metavar="H", type=parser.number, help=text)
+    text = "gravitational parameter of another central body, km3 s-2"
+    command.add_argument("--mu", metavar="MU", type=parser.number, help=text)
     command.add_argument("--figure", metavar="FILE", help="draw the sampled bodies on the triangle of inertia (PNG)")
     text = "exit with 3 unless the verdict is stable, stable_without_loss (or stable), or unstable"
     command.add_argument("--require", choices=("stable", "stable_without_loss", "unstable"), help=text)
@@ -96,7 +104,7 @@ def _print_body(args):
         names = list(spin_outcomes.bodies_by_name(catalogue.load_definition(args.definition), args.definition))
         printing.print_json(names) if args.json else print("\n".join(names))
         return
-    setting = {name: getattr(args, name) for name in (*body_answer.SPIN, *body_answer.SAMPLING, "uncertainty", "omega")}
+    setting = {name: getattr(args, name) for name in body_answer.OPTIONS}
     try:
         answer = sweeps.body(body, axis=args.axis, twist=args.twist, definition=args.definition, **setting)
     except body_files.ImpossibleBodyError as error:

@@ -1,6 +1,5 @@
 """Definitions in place of a file: mappings, keywords, DataFrames and Datasets."""
 
-import hashlib
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -91,14 +90,7 @@ def _values_with_unit(variable: DataArray) -> object:
 
 
 def _store_table(table: "pd.DataFrame") -> Path:
-    """Write a DataFrame into the folder of cached tables, under a name made of its content, and return the file."""
+    """Write a DataFrame into the folder of cached tables, and return the file."""
     from sweeps.points import tables
-    from sweeps.process.files import replace_output
 
-    text = table.to_csv(index=False, float_format="%.17g").encode()
-    path = tables.cache_dir() / f"points-{hashlib.sha256(text).hexdigest()[:16]}.csv"
-    if not path.exists():
-        with replace_output(path) as temporary:
-            temporary.write_bytes(text)
-    path.touch()
-    return path
+    return tables.store_text(table.to_csv(index=False, float_format="%.17g").encode())

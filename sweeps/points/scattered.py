@@ -96,6 +96,11 @@ def complete_values(values: Mapping, model: type[Definition], folder: str) -> "t
         model: the model of its system's definitions.
         folder: the definition's folder, to which the table's path is relative.
     """
+    if (listed := model.list_points(values, folder)) is not None:
+        from sweeps.points import tables
+
+        path = tables.store_text(listed[1])
+        values, folder = {**listed[0], "table": path.name}, str(path.parent)
     values, file = add_num_to_ranges(values), values.get("table")
     grid = values.get("grid", {})
     grid_model = model.model_fields["grid"].annotation

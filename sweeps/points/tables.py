@@ -81,6 +81,16 @@ def cache_dir() -> Path:
     return cache_folder() / "tables"
 
 
+def store_text(text: bytes) -> Path:
+    """Write a table into the folder of cached tables, under a name made of its content, and return the file."""
+    path = cache_dir() / f"points-{hashlib.sha256(text).hexdigest()[:16]}.csv"
+    if not path.exists():
+        with replace_output(path) as temporary:
+            temporary.write_bytes(text)
+    path.touch()
+    return path
+
+
 def read_table(file: str, folder: str, model: type[GridOf], grid: Mapping[str, Any]) -> Table:
     """Return a table, checked.
 

@@ -176,6 +176,11 @@ class Definition(Strict):
         return hashlib.sha256(f"{self.text}\0{self.inputs}".encode("utf-8", "surrogatepass")).hexdigest()
 
     @classmethod
+    def list_points(cls, values: Mapping, folder: str) -> tuple[dict, bytes] | None:
+        """Return plain values and a table (CSV) of the points that a definition gives in another way; None without."""
+        return None
+
+    @classmethod
     def needs_files(cls, values: Mapping) -> str:
         """Return the reason why a definition (plain values) needs files that it names; "" if it needs none."""
         return ""

@@ -79,7 +79,7 @@ LAYOUT = replace(
 )
 
 A_POINT = dict(zip(ARGUMENTS, (1.0, 2.0, 3.0, 0.1, 0.5, 0.6, 0.1, 1.0), strict=True))
-DissipativeGrid = grid_model("DissipativeGrid", PARAMETERS, __name__, RATIOS)
+DissipativeGrid: Any = grid_model("DissipativeGrid", PARAMETERS, __name__, RATIOS)
 
 
 class Dissipative(Body):
@@ -88,13 +88,16 @@ class Dissipative(Body):
     omega0: Spin = key("L/I1 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
 
 
+Bodies: Any = list_of(Dissipative)
+
+
 class DissipativeDefinition(BodiesDefinition):
     """A sweep of bodies that lose energy."""
 
     shareable: ClassVar = ("omega0",)
     integration: FlowIntegration = mapping("how each run is made", FlowIntegration)
     grid: DissipativeGrid = mapping("what is varied", DissipativeGrid, required=True)
-    bodies: list_of(Dissipative) = key(BODIES, ())
+    bodies: Bodies = key(BODIES, ())
 
 
 class DissipativeBody(FreeBody):

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from pydantic import BeforeValidator
@@ -126,6 +126,14 @@ class RelativeEquilibrium(Described):
         from sweeps.mechanics.derivation import derive
 
         return not derive(description).natural
+
+    def constants(self) -> dict[str, Any]:
+        """Return how bodies and moments give the points of a satellite's system; {} of other systems."""
+        from sweeps.systems.bodies import satellites
+
+        parameters = self.description.parameters
+        meanings = {name: parameters[name].meaning for name in satellites.RATIOS if name in parameters}
+        return {"list_points": staticmethod(satellites.list_points)} if meanings == satellites.RATIOS else {}
 
     def numbers(self) -> dict[str, np.ndarray]:
         """Return the eigenvalues of an equilibrium."""

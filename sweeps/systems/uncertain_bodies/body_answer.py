@@ -13,7 +13,7 @@ from sweeps.process import machine
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies import body_files
 from sweeps.systems.bodies.body import FileBody, body_entry
-from sweeps.systems.rigid_body import rotation_mode, spin_outcomes
+from sweeps.systems.rigid_body import orbit, rotation_mode, spin_outcomes
 from sweeps.systems.uncertain_bodies import verdict
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 SPIN = tuple(spin_outcomes.DEFAULTS)
 SAMPLING = ("draws", "seed", "method", "turns")
+OPTIONS = (*SPIN, *SAMPLING, "uncertainty", "omega", "orbit", "mu")
 
 
 @dataclass(frozen=True)
@@ -126,10 +127,10 @@ def answer(
         setting: spin, uncertainty and sampling by name.
         load: makes a definition of a mapping, a path or a name.
     """
-    if unknown := sorted(set(setting) - {*SPIN, *SAMPLING, "uncertainty", "omega"}):
-        allowed = ", ".join(("axis", "twist", "definition", *SPIN, "omega", "uncertainty", *SAMPLING))
+    if unknown := sorted(set(setting) - {*OPTIONS}):
+        allowed = ", ".join(("axis", "twist", "definition", *OPTIONS))
         raise DefinitionError(f"body: {unknown[0]} is unknown; allowed: {allowed}")
-    options = dict.fromkeys((*SPIN, *SAMPLING, "uncertainty", "omega")) | dict(setting)
+    options = dict.fromkeys(OPTIONS) | dict(setting)
     options |= {"axis": axis, "twist": twist or None}
     entry: Any = body if isinstance(body, str) else body_entry(body)
     file_bodies = body_files.find_bodies(entry) or [FileBody("", entry, frame=None)]
@@ -179,6 +180,11 @@ def _answer_one(file_body: FileBody, source: object, options: Mapping[str, Any],
         rotation = rotation_mode.predict_rotation(nominal, omega)
         facts["rotation"] = rotation.facts
         tables[0][1].append(rotation_mode.describe_rotation(rotation))
+    if options["orbit"] is not None:
+        facts["orbit"], orientation_rows = orbit.predict_orientations(nominal, options["orbit"], options["mu"])
+        tables.append(("orientation on the orbit", orientation_rows))
+    elif options["mu"] is not None:
+        raise DefinitionError("body: mu: is given without orbit; allowed: both, or orbit alone for the Earth")
     entry = spin_outcomes.entry_of(nominal) | {"omega0": spin["omega0"], "axis": judged.axis}
     sample = _sample(nominal, file_body, spin, {**options, "axes": axes}, load)
     if file_body.pieces is not None:
@@ -203,7 +209,8 @@ def _chosen_spin(file_body: FileBody, options: Mapping[str, Any]) -> tuple:
     """Return the angular velocity that was given, or that of the file, or None, and the options with its rate."""
     omega = options["omega"]
     if omega is not None:
-        if extra_options := [n for n in options if n not in ("epsilon", "phase", "omega") and options[n] is not None]:
+        allowed_options = ("epsilon", "phase", "omega", "orbit", "mu")
+        if extra_options := [n for n in options if n not in allowed_options and options[n] is not None]:
             reason = f"is given beside {extra_options[0]}"
             raise DefinitionError(f"body: omega: {reason}; allowed: one of them")
         omega = rotation_mode.parse_omega(omega)
