@@ -326,15 +326,13 @@ def _print_energies(args):
     else:
         rows = assignments.list_assignments(periods, args.ratios, args.sigma_ratios)
     if args.json:
-        printing.print_json(rows)
-        return
-    for row in rows if is_known else ():
-        printing.console().print(f"{WORDS[row['mode']]}: {answers.describe_row(row, periods)}")
-    for pair in () if is_known else rows:
-        text = f"P_psi = {pair['P_psi']:.6g} {args.unit}, P_phi = {pair['P_phi']:.6g} {args.unit}"
-        printing.console().print(f"{text} (lines {', '.join(pair['lines'])})")
+        return printing.print_json(rows)
+    for pair in [{"modes": rows}] if is_known else rows:
+        if not is_known:
+            text = f"P_psi = {pair['P_psi']:.6g} {args.unit}, P_phi = {pair['P_phi']:.6g} {args.unit}"
+            printing.console().print(f"{text} (lines {', '.join(pair['lines'])})")
         for row in pair["modes"]:
-            printing.console().print(f"  {WORDS[row['mode']]}: {answers.describe_row(row, periods)}")
+            printing.console().print(f"{WORDS[row['mode']]}: {answers.describe_row(row, periods)}")
 
 
 def _energies_of_all_bodies(args, periods) -> list[dict]:

@@ -213,16 +213,15 @@ def _mjcf_links(root: Element, path: Path) -> Iterator[Link]:
         is_explicit = all(
             geom.get("type") in GEOM_SIZES and geom.get("size") and not geom.get("fromto") for geom in geoms
         )
-        boxes = [_geom_box(geom, _mjcf_pose(geom, compiler, name), name) for geom in (geoms if is_explicit else ())]
+        boxes = []
+        for geom in geoms if is_explicit else ():
+            kind, words = geom.attrib["type"], geom.attrib["size"].split()
+            sizes = _numbers(" ".join(words[: GEOM_SIZES[kind]]), "0 " * GEOM_SIZES[kind], f"{name}: size")
+            boxes.append(_box(kind, sizes, _mjcf_pose(geom, compiler, name)))
         mass = _numbers(inertial.get("mass"), "0", f"{name}: mass")[0]
         yield _link(
             name, mass, _mjcf_pose(inertial, compiler, name), [values[place] for place in (0, 3, 4, 1, 5, 2)], boxes
         )
-
-
-def _geom_box(geom: Element, pose: Pose, name: str) -> np.ndarray:
-    words, count = geom.get("size", "").split(), GEOM_SIZES[geom.get("type", "")]
-    return _box(geom.get("type", ""), _numbers(" ".join(words[:count]), "0 " * count, f"{name}: size"), pose)
 
 
 def _mjcf_pose(element: Element, compiler: Element, name: str) -> Pose:

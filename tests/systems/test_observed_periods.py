@@ -247,7 +247,7 @@ def motion_of(low, middle, energy):
 def test_the_nutation_is_that_of_an_integrated_motion(mode, energy):
     angles = motion_of(0.4, 0.8, energy)
     # the extremes are missed by less than half a step of 0.01, in which an angle changes by 1e-4 near its extreme
-    assert answers.nutation(0.4, 0.8, energy, mode) == pytest.approx((angles.min(), angles.max()), abs=1e-4)
+    assert answers.nutation((0.4, 0.8), energy, mode) == pytest.approx((angles.min(), angles.max()), abs=1e-4)
 
 
 def test_the_short_axis_convention_is_that_of_the_encircled_axis():

@@ -24,7 +24,7 @@ from sweeps.systems.bodies import mesh_overlaps, mesh_shells, outline, shapes
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "km": 1e3, "in": 0.0254, "ft": 0.3048}  # metres
 CAD = " (export the part as STL from your CAD program, in its own unit, and give that by --unit)"
-ROBOT = " (give the mesh file of one link, which the file names)"
+ROBOT = " (a robot file is given without --mesh: polhode body robot.urdf)"
 EXPORTS = dict.fromkeys((".step", ".stp", ".iges", ".igs", ".sldprt", ".fcstd", ".3mf", ".gltf"), CAD)
 EXPORTS |= dict.fromkeys((".urdf", ".xacro", ".sdf", ".xml", ".mjcf"), ROBOT)
 

@@ -11,7 +11,6 @@ from kernels.events import tumbling
 from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import parse_amount
 from sweeps.systems.bodies import shapes
-from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.observed_periods.system import (
     MAX_EXCLUSION,
     MAX_PERIOD,
@@ -57,6 +56,11 @@ class TwoPeriods:
         return {name: getattr(self, name) * UNITS[self.unit] for name in PERIODS}
 
     @property
+    def ratio(self) -> float:
+        """P_psi/P_phi."""
+        return self.seconds["P_psi"] / self.seconds["P_phi"]
+
+    @property
     def definition(self) -> dict:
         """The definition of the map over all bodies."""
         period_texts = [
@@ -82,60 +86,62 @@ def periods_of_body(
         (L/I3, rad s-1), nutation (least and greatest angle of the long axis from L, rad), and P_phi_short_axis, the
         period of the axis of greatest inertia about L, s.
     """
-    bounds = {"ratios": (ratios, sys.float_info.min, 1.0), "sigma_ratios": (sigma_ratios, 0.0, 1.0)}
-    values = [_check_pair(name, *bound) for name, bound in bounds.items()]
-    (low, middle), errors = np.array(values)[:, np.argsort(values[0], kind="stable")].tolist()
+    numbers = _check_pair("ratios", ratios, sys.float_info.min, "(0, 1]")
+    order = np.argsort(numbers, kind="stable")
+    low, middle = np.array(numbers)[order].tolist()
+    errors = np.array(_check_pair("sigma_ratios", sigma_ratios, 0.0, "[0, 1]"))[order]
     shapes.refuse_impossible("ratios", (low, middle, 1.0))
     body = _solve_body(periods, low, middle)
     squares = {"energy": np.zeros(2), "least_ratio": np.zeros(2)}  # of the deviations by one standard error
     for step in filter(np.any, np.diag(errors)):
         pairs = [np.sort([low, middle] + sign * step) for sign in (-1, 1)]
         shifted = [_solve_body(periods, *pair) for pair in pairs if 0 < pair[0] <= pair[1] <= 1 <= pair.sum()]
-        for name in squares:
+        for name in squares if shifted else ():
             with np.errstate(invalid="ignore"):
-                deviations = [np.abs(each[name] - body[name]) for each in shifted]
-            squares[name] += np.nan_to_num(np.fmax.reduce(deviations or [np.zeros(2)]), posinf=0.0) ** 2
+                deviations = np.fmax.reduce([np.abs(each[name] - body[name]) for each in shifted])
+            squares[name] += np.nan_to_num(deviations, posinf=0.0) ** 2
     sigma_psi = np.hypot(periods.sigma_psi, periods.P_phi * np.sqrt(squares["least_ratio"]))
     sigmas = exclusion(body["least_ratio"], periods.P_psi, periods.P_phi, sigma_psi, periods.sigma_phi)
+    body["energy_stderr"] = np.hypot(body["energy_stderr"], np.sqrt(squares["energy"]))
     rows = []
     for number, (mode, sigma) in enumerate(zip(MODES, sigmas.tolist(), strict=True)):
         values = {name: float(column[number]) for name, column in body.items()}
-        rows.append({"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "least_ratio": values["least_ratio"]})
-        if math.isfinite(values["energy"]):
-            error = math.hypot(values["energy_stderr"], math.sqrt(squares["energy"][number]))
-            rows[-1] |= {"energy": values["energy"], "energy_stderr": error}
-            rows[-1] |= {"m": values["parameter"], "omega0": values["momentum_rate"]}
-            rows[-1] |= {"nutation": nutation(low, middle, values["energy"], mode)}
-            rows[-1] |= {"P_phi_short_axis": 1 / (1 / periods.seconds["P_phi"] + 1 / periods.seconds["P_psi"])}
+        energy, least_ratio = values["energy"], values.pop("least_ratio")
+        rows.append({"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "least_ratio": least_ratio})
+        if math.isfinite(energy):
+            period = 1 / (1 / periods.seconds["P_phi"] + 1 / periods.seconds["P_psi"])
+            rows[-1] |= values | {"nutation": nutation((low, middle), energy, mode), "P_phi_short_axis": period}
     return rows
 
 
-def _check_pair(name: str, values: Sequence[float], minimum: float, maximum: float) -> list[float]:
-    """Return two numbers from `minimum` to `maximum`, of I1/I3 and I2/I3; a refusal has their `name`."""
+def _check_pair(name: str, values: Sequence[float], minimum: float, interval: str) -> list[float]:
+    """Return two numbers from `minimum` to 1, of I1/I3 and I2/I3; a refusal has their name and the interval."""
     try:
-        first, second = (float(value) for value in values)
+        first, second = numbers = [float(value) for value in values]
     except (TypeError, ValueError, OverflowError):
         reason = f"{name}: {display(values)} are no two numbers"
-        raise DefinitionError(f"{reason}; allowed: of I1/I3 and I2/I3, each a number up to 1") from None
+        raise DefinitionError(f"{reason}; allowed: of I1/I3 and I2/I3, each a number in {interval}") from None
     for label, value in (("I1/I3", first), ("I2/I3", second)):
-        if not minimum <= value <= maximum:
-            interval = "(0, 1]" if minimum else "[0, 1]"
+        if not minimum <= value <= 1:
             raise DefinitionError(f"{name}: {label} {value!r} is out of range; allowed: a number in {interval}")
-    return [first, second]
+    return numbers
 
 
 def _solve_body(periods: TwoPeriods, low: float, middle: float) -> dict[str, np.ndarray]:
     """Return the columns of a body of ratios `low` and `middle` by name, each in both modes, shape (2,)."""
-    moments = (float(low), float(middle), 1.0)
-    point = dict(zip(MOMENTS, moments, strict=True)) | periods.seconds
+    point = {"I1": float(low), "I2": float(middle), "I3": 1.0} | periods.seconds
     columns = SYSTEM.columns({name: np.array([value]) for name, value in point.items()}, NoIntegration())
-    names = {"energy": "energy_{}", "energy_stderr": "energy_{}_stderr", "parameter": "parameter_{}"}
-    names |= {"momentum_rate": "momentum_rate_{}"}
+    names = {
+        "energy": "energy_{}",
+        "energy_stderr": "energy_{}_stderr",
+        "m": "parameter_{}",
+        "omega0": "momentum_rate_{}",
+    }
     body = {name: np.array([columns[form.format(mode)].item() for mode in MODES]) for name, form in names.items()}
-    return body | {"least_ratio": tumbling.inverse(*moments, periods.P_psi / periods.P_phi)["least_ratio"][:, 0]}
+    return body | {"least_ratio": tumbling.inverse(low, middle, 1.0, periods.ratio)["least_ratio"][:, 0]}
 
 
-def nutation(low: float, middle: float, energy: float, mode: str) -> list[float]:
+def nutation(ratios: tuple[float, float], energy: float, mode: str) -> list[float]:
     r"""Return the least and the greatest angle of the axis of least inertia from L, rad.
 
     With I3 = 1 and the components m of the unit vector along L, the energy is :math:`E = \sum m_i^2/I_i`. The square of
@@ -143,14 +149,13 @@ def nutation(low: float, middle: float, energy: float, mode: str) -> list[float]
     sign.
 
     Args:
-        low: I1/I3.
-        middle: I2/I3.
+        ratios: I1/I3 and I2/I3, ascending.
         energy: 2T I3/L^2.
         mode: sam or lam.
     """
+    low, middle = ratios
     squares = [(energy - 1) / (1 / low - 1)] if low < 1 else [0.0]
-    if mode == "lam":
-        squares.append((energy - 1 / middle) / (1 / low - 1 / middle))
+    squares += [(energy - 1 / middle) / (1 / low - 1 / middle)] if mode == "lam" else []
     angles = sorted(math.acos(math.sqrt(min(max(square, 0.0), 1.0))) for square in squares)
     return [angles[0], math.pi - angles[0] if mode == "sam" else angles[-1]]
 
@@ -161,11 +166,9 @@ def periods_of_any_body(periods: TwoPeriods) -> list[dict]:
     The least ratio of periods is 1 in the short-axis mode (flat bodies, small wobbles) and 0 in the long-axis mode
     (needles).
     """
-    sigmas = {
-        mode: exclusion(ratio, *(getattr(periods, name) for name in PERIODS))
-        for mode, ratio in MIN_PERIOD_RATIO.items()
-    }
-    return [{"mode": mode, "verdict": verdict(float(sigma)), "sigma": float(sigma)} for mode, sigma in sigmas.items()]
+    values = [getattr(periods, name) for name in PERIODS]
+    sigmas = {mode: float(exclusion(np.array(ratio), *values)) for mode, ratio in MIN_PERIOD_RATIO.items()}
+    return [{"mode": mode, "verdict": verdict(sigma), "sigma": sigma} for mode, sigma in sigmas.items()]
 
 
 def verdict(sigma: float) -> str:
@@ -193,7 +196,7 @@ def periods_of_all_bodies(periods: TwoPeriods, ds) -> list[dict]:
 
 def describe_row(row: dict, periods: TwoPeriods) -> str:
     """Return one mode's answer in words."""
-    is_one_body, ratio = "least_ratio" in row, periods.P_psi / periods.P_phi
+    is_one_body, ratio = "least_ratio" in row, periods.ratio
     if row["verdict"] == "excluded":
         min_ratio, which_body = (
             (row["least_ratio"], "this body") if is_one_body else (MIN_PERIOD_RATIO[row["mode"]], "any body")

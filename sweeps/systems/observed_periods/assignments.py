@@ -26,7 +26,7 @@ LINES = {  # line → its numbers of f_phi and f_psi, the simplest first
     "f_psi - f_phi": (-1, 1), "2 f_psi": (0, 2), "2 f_phi + f_psi": (2, 1), "2 f_phi - f_psi": (2, -1),
     "f_psi - 2 f_phi": (-2, 1),
 }  # fmt: skip
-CONVENTIONS = {"long": ("f_psi", "f_phi"), "short": ("f_psi", "f_phi + f_psi"), "unknown": None}
+CONVENTIONS = {"long": ("f_psi", "f_phi"), "short": ("f_psi", "f_phi + f_psi")}  # lines of P_psi and P_phi
 
 
 def convert_periods(periods: TwoPeriods, lines: Sequence[str]) -> TwoPeriods | None:
@@ -52,26 +52,24 @@ def convert_periods(periods: TwoPeriods, lines: Sequence[str]) -> TwoPeriods | N
 def known_periods(periods: TwoPeriods, convention: str) -> TwoPeriods:
     """Return the periods in the long-axis convention, from a convention other than "unknown"."""
     if convention not in CONVENTIONS:
-        raise DefinitionError(f"convention: {convention!r} is not available; allowed: {', '.join(CONVENTIONS)}")
-    if (converted := convert_periods(periods, CONVENTIONS[convention] or ())) is None:
+        raise DefinitionError(
+            f"convention: {convention!r} is not available; allowed: {', '.join(CONVENTIONS)}, unknown"
+        )
+    if (converted := convert_periods(periods, CONVENTIONS[convention])) is None:
         raise DefinitionError("P_phi: is not shorter than P_psi; allowed: a shorter one in the short-axis convention")
-    return converted if convention != "long" else periods
+    return periods if convention == "long" else converted
 
 
 def list_assignments(periods: TwoPeriods, ratios=None, sigma_ratios=(0.0, 0.0)) -> list[dict[str, Any]]:
-    """Return every pair of P_psi and P_phi that two periods in any order can mean, with the modes that a body can have.
+    """Return {lines, P_psi, P_phi, modes} of every pair that two periods in any order can mean, simple lines first.
 
     Args:
         periods: the two periods.
         ratios: I1/I3 and I2/I3 of one body; None for any body.
         sigma_ratios: their standard errors.
-
-    Returns:
-        For each pair {lines, P_psi, P_phi, modes}, the simplest lines first; modes as of `periods_of_body`.
     """
     assignments: dict[str, dict[str, Any]] = {}
-    order = list(LINES)
-    for lines in sorted(permutations(LINES, 2), key=lambda pair: sum(map(order.index, pair))):
+    for lines in sorted(permutations(LINES, 2), key=lambda pair: sum(map(list(LINES).index, pair))):
         if (pair := convert_periods(periods, lines)) is None:
             continue
         rows = periods_of_body(pair, ratios, sigma_ratios) if ratios else periods_of_any_body(pair)
