@@ -212,9 +212,10 @@ def body(
 
     Args:
         body: a name, or part of one, among the bodies of `definition`; three moments of inertia (kg m2); a tensor, 3 by
-            3; a body's mapping as in a definition: {"ratios": …}, {"mesh": {"file": …, "density": …}}; a mapping of
-            parts, {"parts": [{"name": "Bus", "box": [0.1, 0.1, 0.2], "mass": 2.0, "tolerance": {"mass": "5 %"}}, …]},
-            or a file of parts or of a robot, "sat.yaml" or "sat.yaml:deployed".
+            3; a body's mapping as in a definition: {"ratios": …}, {"mesh": {"file": …, "density": …}}, or {"tensor": …}
+            with mass (kg), size (three edges, m) and centre (m) for its diagnosis; a mapping of parts, {"parts":
+            [{"name": "Bus", "box": [0.1, 0.1, 0.2], "mass": 2.0, "tolerance": {"mass": "5 %"}}, …]}, or a file of parts
+            or of a robot, "sat.yaml" or "sat.yaml:deployed".
         axis: 1, 2 or 3; left out, all three, and `facts["verdict"]` states which spin is judged.
         twist: whether to add the twist about the handle.
         definition: the definition that lists a name.

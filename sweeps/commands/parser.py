@@ -173,6 +173,8 @@ def body(args: argparse.Namespace) -> str | dict | None:
     moments = ("I1", "I2", "I3")
     mesh = {"file": args.mesh, "density": args.density, "mass": args.mass, "unit": args.unit}
     evidence = {key: value for key in ("mass", "size", "centre") if (value := getattr(args, key)) is not None}
+    if {"size", "centre"} & set(evidence) and not args.tensor:
+        raise DefinitionError("body: --size and --centre are for the check of a tensor; allowed: with --tensor")
     entries = {
         "moments": lambda values: dict(zip(moments, values, strict=True)),
         "ratios": lambda values: {"ratios": dict(zip(moments, values, strict=True))},

@@ -5,7 +5,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from calls import run_command
+from calls import refusal_message, run_command
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
@@ -166,6 +166,14 @@ def test_causes_of_public_tensors(cause):
     assert diagnose(tensor).repairs[0].cause == cause
 
 
+@pytest.mark.parametrize("scale", [1e-300, 1e-47, 1.0, 8e37, 1e300])
+def test_the_diagnosis_does_not_depend_on_the_unit(scale):
+    tensor = np.array(PUBLIC["product_sign"])[[[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
+    assert [repair.cause for repair in diagnose(scale * tensor).repairs] == [
+        repair.cause for repair in diagnose(tensor).repairs
+    ]
+
+
 def test_a_negative_tensor_with_its_centre_of_mass_had_the_parallel_axis_term_subtracted():
     tensor = np.array([[-4.98, 0, 2.7], [0, -5.952, 0], [2.7, 0, 0.828]])  # a shipped arm, 120 kg
     (repair,) = diagnose(tensor, Evidence(120.0, np.array([0.18, 0.0, 0.5]))).repairs
@@ -185,6 +193,18 @@ def test_a_rotation_of_one_side_is_undone_exactly():
     written = np.triu(rotation @ np.diag([1.0, 2.0, 2.9])) + np.triu(rotation @ np.diag([1.0, 2.0, 2.9]), 1).T
     diagnosis = diagnose(written, Evidence(rotation=rotation))
     assert "one_sided" in [repair.cause for repair in diagnosis.repairs]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--moments", 1, 2, 2.5, "--size", 1, 1, 1), "allowed: with --tensor"),
+        (("--tensor", 1, 0, 0, 0, 2, 0, 0, 0, 2.5, "--mass", -1), "body: mass: -1 is out of range"),
+        (("--tensor", 1, 0, 0, 0, 2, 0, 0, 0, 2.5, "--size", 1, 1, "1 kg"), "body: size: '1 kg'; allowed: a finite"),
+    ],
+)
+def test_evidence_that_cannot_be_is_refused(capsys, arguments, words):
+    assert words in refusal_message(capsys, "body", *arguments)
 
 
 def test_command_and_function_report_the_diagnosis(capsys):

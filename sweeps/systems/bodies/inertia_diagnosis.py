@@ -175,6 +175,7 @@ def _check_size(tensor: np.ndarray, directions: np.ndarray, mass: float, points:
     return TensorFit(tuple(problems), -math.inf if problems else likelihood, True)
 
 
+@np.errstate(all="ignore")  # repairs of moments near the largest double overflow, and are passed over
 def diagnose(tensor: Sequence | np.ndarray, evidence: Evidence = NOTHING) -> Diagnosis:
     """Return problems, causes and the nearest possible body of a tensor of inertia.
 
@@ -187,7 +188,7 @@ def diagnose(tensor: Sequence | np.ndarray, evidence: Evidence = NOTHING) -> Dia
     scores: dict[str, tuple[float, Repair]] = {}
     if not fit.problems:
         return Diagnosis(fit, (), (), matrix)
-    for repair in _all_repairs(matrix, evidence):
+    for repair in (each for each in _all_repairs(matrix, evidence) if np.isfinite(each.tensor).all()):
         score = repair.log_frequency + check_tensor(repair.tensor, repair.evidence or evidence).log_likelihood
         if score > -math.inf and (repair.cause not in scores or score > scores[repair.cause][0]):
             scores[repair.cause] = score, repair
