@@ -25,7 +25,7 @@ class ImpossibleBodyError(DefinitionError):
 def _read_robot(path: str) -> list[FileBody]:
     from sweeps.systems.bodies import diagnosed_bodies
 
-    return [FileBody(**values) for values in diagnosed_bodies.read_robot(path)]
+    return diagnosed_bodies.read_robot(path)
 
 
 #: suffix → function that takes the path and returns the bodies of the file
@@ -38,7 +38,7 @@ def find_bodies(body: object) -> list[FileBody]:
     if isinstance(body, Mapping) and "tensor" in body:
         from sweeps.systems.bodies import diagnosed_bodies
 
-        return [FileBody(**values, frame=None) for values in diagnosed_bodies.diagnose_entry(body)]
+        return diagnosed_bodies.diagnose_entry(body)
     if isinstance(body, Mapping) and "parts" in body:
         from sweeps.systems.bodies import parts
 

@@ -1,7 +1,7 @@
 """Bodies with a diagnosis of their tensors: links of robot files, and tensors with mass, size and centre of mass."""
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,16 +9,18 @@ from sweeps.reading import robot_files
 from sweeps.schema.refusals import DefinitionError
 from sweeps.schema.variables import parse_amount
 from sweeps.systems.bodies import inertia_diagnosis
+from sweeps.systems.bodies.body import FileBody
 
 EVIDENCE = {"mass": "kg", "centre": "m", "size": "m"}  # keys beside a tensor that only the diagnosis uses → unit
 
 
-def read_robot(path: str) -> Iterator[dict[str, Any]]:
-    """Yield the links of a robot file as arguments of `FileBody`, tensors in the links' axes.
+def read_robot(path: str) -> list[FileBody]:
+    """Return the links of a robot file as bodies, tensors in the links' axes.
 
     The size of a link is that of its shapes, unless its centre of mass is outside of them. Frames, links without mass
     and moments, are left out.
     """
+    bodies = []
     for link in robot_files.read_links(path):
         points = (link.points - link.centre) @ link.rotation
         is_inside = len(points) > 0 and (points.min(axis=0) <= 0).all() and (points.max(axis=0) >= 0).all()
@@ -27,11 +29,12 @@ def read_robot(path: str) -> Iterator[dict[str, Any]]:
         if link.mass or link.tensor.any():
             tensor = link.rotation @ link.tensor @ link.rotation.T
             entry = {"name": link.name, "tensor": ((tensor + tensor.T) / 2).tolist()}
-            yield _diagnose(entry, link.tensor, evidence, {"mass": link.mass, "centre": link.centre.tolist()})
+            bodies.append(_diagnose(entry, link.tensor, evidence, {"mass": link.mass, "centre": link.centre.tolist()}))
+    return bodies
 
 
-def diagnose_entry(entry: Mapping) -> Iterator[dict[str, Any]]:
-    """Yield the body of an entry with a tensor as arguments of `FileBody`; nothing for an invalid tensor."""
+def diagnose_entry(entry: Mapping) -> list[FileBody]:
+    """Return the body of an entry with a tensor; [] for an invalid one, which the check of the definition refuses."""
     entry, values = dict(entry), {}
     for name, unit in EVIDENCE.items():
         if (given := entry.pop(name, None)) is not None:
@@ -43,15 +46,16 @@ def diagnose_entry(entry: Mapping) -> Iterator[dict[str, Any]]:
     try:
         rows = [[parse_amount("body: tensor", value, "kg m2") for value in row] for row in entry["tensor"]]
         tensor = np.reshape(rows, (3, 3))
-    except (DefinitionError, TypeError, ValueError):  # the check of the definition refuses it
-        return
+    except (DefinitionError, TypeError, ValueError):
+        return []
     points = robot_files.CORNERS * values["size"] / 2 if "size" in values else None
     mass = values["mass"].item() if "mass" in values else None
     evidence = inertia_diagnosis.Evidence(mass, values.get("centre"), points)
-    yield _diagnose(entry, tensor, evidence, {name: value.tolist() for name, value in values.items()})
+    body = _diagnose(entry, tensor, evidence, {name: value.tolist() for name, value in values.items()})
+    return [replace(body, frame=None)]
 
 
-def _diagnose(entry: dict, tensor: np.ndarray, evidence: inertia_diagnosis.Evidence, facts: dict) -> dict[str, Any]:
+def _diagnose(entry: dict, tensor: np.ndarray, evidence: inertia_diagnosis.Evidence, facts: dict) -> FileBody:
     diagnosis = inertia_diagnosis.diagnose(tensor, evidence)
-    facts, lines = facts | {"diagnosis": diagnosis.facts}, tuple(diagnosis.lines)
-    return {"name": entry.get("name", ""), "entry": entry, "facts": facts, "lines": lines}
+    facts = facts | {"diagnosis": diagnosis.facts}
+    return FileBody(entry.get("name", ""), entry, facts=facts, lines=tuple(diagnosis.lines))
