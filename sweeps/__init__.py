@@ -1,8 +1,8 @@
 """Stability of rotating rigid bodies and other mechanical systems: measured maps, motions and answers.
 
 Each command of `polhode` is a function here: `survey`, `open_map`, `point`, `critical`, `body`, `uncertainty`,
-`tumbler`, `motion`, `certify`, `run`, and `content_hash` identifies a map; pictures are in `sweeps.plot` and
-`ds.polhode`. Numbers are in SI units, or text with a unit: "30 rpm".
+`tumbler`, `motion`, `certify`, `run`; `modes` follows modes, and `content_hash` identifies a map; pictures are in
+`sweeps.plot` and `ds.polhode`. Numbers are in SI units, or text with a unit: "30 rpm".
 
     >>> import sweeps
     >>> ds = sweeps.survey(I1=1.0, I2=2.0, I3=2.5, omega0="60 rpm", axes=[2])
@@ -198,6 +198,44 @@ def critical(
 
     plot.register()
     return critical_values.find_critical_values(ds, along, coordinates, definition)
+
+
+def modes(
+    ds: "xr.Dataset | str | Path", along: str | None = None, *, definition: str | None = None, **coordinates: "Quantity"
+) -> "xr.Dataset":
+    """Return the shapes of the modes of a map's points, and the modes' curves along a parameter.
+
+    Shapes are computed for these points from the matrices and the runs behind the map's rates.
+
+    Args:
+        ds: a map of modes or of eigenvalues over a grid, or its path.
+        along: a parameter along which modes are followed by the overlap of their states, through crossings and
+            veerings, in place of their order by size.
+        definition: name or path of the map's definition, if its system is a Python file.
+        coordinates: dimension → value, to which the points are restricted; the nearest grid value is used.
+
+    Returns:
+        A Dataset over the map's dimensions and `component` (coordinates, or states of equations of first order):
+        `mode_shape_real` and `mode_shape_imag`, measured and with suffix _theory, with x^H M x = 1, M the kinetic
+        matrix (of states: over the states' sizes), the first component within 1 % of the largest real and positive;
+        `mode_shape_error` and `mode_shape_error_theory`, bounds on the deviation in that norm; all missing where modes
+        are equal, so that a shape is not unique. `participation`, Re(conj(x_i) (M x)_i); the measured `eigenvalue_real`
+        and `eigenvalue_imag` (s-1), `damping_ratio` and `log_decrement`; `whirl`, 1 forward, -1 backward, 0 planar, if
+        the system has a plane; with `along` the number of each mode's `curve`, 0 if it is not followed.
+
+    Raises:
+        RefusedError: for a map without modes, and a name or value that the map does not have.
+
+    Example:
+        >>> ds = sweeps.survey(system="double_pendulum", mass2=1.0)
+        >>> shape = sweeps.modes(ds, equilibrium="hanging").mode_shape_real.sel(mode=1).values.ravel()
+        >>> round((shape[1] / shape[0]).item(), 9)  # √2
+        1.414213562
+    """
+    from sweeps.maps.modes import find_modes
+
+    plot.register()
+    return find_modes(ds, along, coordinates, definition)
 
 
 def body(
@@ -500,6 +538,7 @@ __all__ = [
     "certify",
     "content_hash",
     "critical",
+    "modes",
     "motion",
     "open_map",
     "plot",

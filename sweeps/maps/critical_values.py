@@ -53,12 +53,16 @@ UNITS |= {"frequency_theory": "rad s-1"}
 
 
 def find_critical_values(
-    ds: "xr.Dataset | str | Path", along: str, places: Mapping[str, object], definition: str | None, prefix: str = ""
+    stability_map: "xr.Dataset | str | Path",
+    along: str,
+    places: Mapping[str, object],
+    definition: str | None,
+    prefix: str = "",
 ) -> "xr.Dataset":
     """Return the critical values of a map's lines along a parameter; see `sweeps.critical`.
 
     Args:
-        ds: a map, or its path.
+        stability_map: a map, or its path.
         along: the parameter.
         places: dimension → value, for dimensions of which one value is chosen.
         definition: that of the map, if its system is a Python file.
@@ -66,11 +70,11 @@ def find_critical_values(
     """
     import xarray as xr
 
-    if isinstance(ds, str | Path):
-        with storage.open_map(ds) as whole_map:
+    if isinstance(stability_map, str | Path):
+        with storage.open_map(stability_map) as whole_map:
             return find_critical_values(whole_map, along, places, definition, prefix)
-    slices.check_is_map(ds)
-    whole_map = slices.with_all_dimensions(ds)
+    slices.check_is_map(stability_map)
+    whole_map = slices.with_all_dimensions(stability_map)
     sweep = sweep_of(whole_map, definition)
     parameters = [dim for dim in sweep.grid.dims if whole_map[dim].dtype.kind == "f"]
     if along not in parameters or whole_map.sizes[along] < MIN_POINTS:
@@ -78,7 +82,7 @@ def find_critical_values(
         allowed = f"a parameter with {MIN_POINTS} values or more ({', '.join(long_enough) or 'there is none'})"
         near = "" if along in parameters else hint(along, parameters)
         raise RefusedError(f"{prefix}along: {along} is no parameter with so many values{near}; allowed: {allowed}")
-    spectrum = [*sweep.system.spectrum, *sweep.grid.extra_dimensions] * (not _system(sweep).modes_are_separate)
+    spectrum = [*sweep.system.spectrum, *sweep.grid.extra_dimensions] * (not system_of(sweep).modes_are_separate)
     nearest = selection.nearest_places(whole_map, {name: str(value) for name, value in places.items()}, prefix)
     cut = {dim: [place.index] for dim, place in nearest.items() if dim in places and dim not in (along, *spectrum)}
     lines = Lines.of_map(whole_map.isel(cut), sweep, along, spectrum)
@@ -109,6 +113,11 @@ def sweep_of(whole_map: "xr.Dataset", definition: str | None = None) -> "Sweep":
         allowed = "the definition that names it (--definition)"
         raise RefusedError(f"system: {name}: a file that a map names is not run; allowed: {allowed}")
     return read_sweep(mapping_of(whole_map.attrs["definition"]), check=False)
+
+
+def system_of(sweep: "Sweep") -> Described:
+    """Return the system of a sweep that `sweep_of` made."""
+    return cast(Described, sweep.system)
 
 
 @dataclass
@@ -152,7 +161,7 @@ class Lines:
     @cached_property
     def system(self) -> Described:
         """The system."""
-        return _system(self.sweep)
+        return system_of(self.sweep)
 
     @cached_property
     def has_pairs(self) -> np.ndarray:
@@ -308,7 +317,7 @@ class Lines:
         line, low, high = np.array(brackets).reshape(-1, 3).T
         line = line.astype(int)
         regime = self._stability(self.measure(line, low))
-        for _ in range(NUM_BISECTIONS if line.size else 0):
+        for _bisection in range(NUM_BISECTIONS if line.size else 0):
             middle = 0.5 * (low + high)
             is_first = self._stability(self.measure(line, middle)) == regime
             low, high = np.where(is_first, middle, low), np.where(is_first, high, middle)
@@ -332,11 +341,6 @@ class Lines:
         return {"kind": kind.astype(str), **words, "critical_mode": mode, "frequency_theory": frequency}
 
 
-def _system(sweep: "Sweep") -> Described:
-    """Return the system of a sweep that `sweep_of` made."""
-    return cast(Described, sweep.system)
-
-
 def _select(invariants, numbers):
     """Return the invariant with the number of each point, shape (points,), of (invariants, points)."""
     return np.take_along_axis(invariants, numbers[None], axis=0)[0]
@@ -344,7 +348,7 @@ def _select(invariants, numbers):
 
 def _of_points(columns):
     """Return columns with one value a point for variables that all eigenvalues of the point share."""
-    own = ("eigenvalue_", "multiplier_", "exponent_")
+    prefixes = ("eigenvalue_", "multiplier_", "exponent_")
     return {
-        name: values if name.startswith(own) or values.ndim == 1 else values[:, 0] for name, values in columns.items()
+        name: values if name.startswith(prefixes) or values.ndim == 1 else values[:, 0] for name, values in columns.items()
     }

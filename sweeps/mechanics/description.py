@@ -149,6 +149,7 @@ class System:
         self.given_period: sp.Expr | None = None
         self.switches: list[Switch] = []  #: discontinuous functions of the time
         self.given_jumps: list[sp.Expr] = []
+        self.given_plane: tuple[str, str] | None = None
         self.parameters: dict[str, DescribedParameter] = {}
         self.coordinates: dict[str, Coordinate] = {}
         self.particles: list[tuple[sp.Expr, tuple[sp.Expr, ...]]] = []
@@ -236,6 +237,13 @@ class System:
     def velocity(self, symbol: sp.Symbol) -> sp.Symbol:
         """Return the symbol q̇ of a coordinate's symbol q, for a kinetic energy that is given directly."""
         return self.coordinates[symbol.name].velocity
+
+    def plane(self, first: sp.Symbol, second: sp.Symbol) -> None:
+        """Set the coordinates of a plane in which modes whirl, forward from the first to the second: `sweeps.modes`."""
+        if not {first.name, second.name} <= {*self.coordinates}:
+            allowed = ", ".join(self.coordinates) or "there are none"
+            raise DescriptionError(f"plane: {first} and {second} are no two coordinates; allowed: {allowed}")
+        self.given_plane = first.name, second.name
 
     def particle(self, mass, position) -> None:
         """Add a mass at a place r(q), Cartesian; r may contain `system.time` (a rotating hoop)."""

@@ -9,12 +9,14 @@ and the measured eigenvalues are those of the Jacobian there; the eigenvalue 0 o
 """
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
 from kernels.compile.blocks import W
 from kernels.estimator import statuses
 from kernels.flow import codes, jacobians, matrices
+from sweeps.mechanics import modes
 from sweeps.mechanics.equilibria import runs_of
 from sweeps.mechanics.landscape import matrix_change
 
@@ -83,6 +85,8 @@ def _jacobian(model, parameters, x, slopes, terms):
     sizes = model.landscape.sizes(parameters, x)
     if not model.equations.v:
         return slopes, terms, sizes
+    if model.equations.natural:  # its sizes may follow from V
+        sizes = modes.sizes(model.landscape, parameters, np.stack(x, axis=1), terms[:, :, : model.equations.m])
     m, a = model.equations.m, model.landscape.a(parameters, x)
     inverse = matrices.apply_by_matrix(np.linalg.inv, np.where(np.isfinite(a), a, np.nan))  # NaN if singular
     J, bound = (np.zeros((len(sizes), model.equations.n, model.equations.n)) for _ in range(2))
@@ -279,10 +283,13 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
     status[is_ok & ~is_finite] = causes[is_ok & ~is_finite]
     rows = np.flatnonzero(is_finite)
     block = 8 * W * kernel.count_rows(runs, quantities, model.n, intervals)
-    size = min(MAX_CHUNK_POINTS, W * max(1, CHUNK_BYTES // block))
+    size, measure = (
+        min(MAX_CHUNK_POINTS, W * max(1, CHUNK_BYTES // block)),
+        partial(kernel.measure_points, sampling=sampling),
+    )
     for start in range(0, rows.size, size):
         chunk = rows[start : start + size]
-        raw[chunk] = _integrate_runs(model, points, theory, chunk, runs, sampling)
+        raw[chunk] = integrate_runs(model, points, theory, chunk, runs, measure)
         status[chunk] = kernel.row_status(raw[chunk], quantities, model.n, intervals, tolerance, runs, spacing)
     is_too_wide = kernel.is_too_wide(raw, quantities, model.n, theory["scale"], theory["has_pairs"])
     is_too_wide &= status == statuses.OK
@@ -292,8 +299,8 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
     return {"raw": raw, "status": status, "spacing": spacing}
 
 
-def _integrate_runs(model, points, theory, chunk, runs, sampling):
-    """Return the raw measurements of runs, shape (points of the chunk, columns of `kernels.flow.flows`).
+def integrate_runs(model, points, theory, chunk, runs, measure):
+    """Return the raw measurements of runs, shape (points of the chunk, columns of the measurement).
 
     Args:
         model: the system.
@@ -301,9 +308,8 @@ def _integrate_runs(model, points, theory, chunk, runs, sampling):
         theory: result of :func:`theory`; `parameters`, `place`, `sizes`, `basis` and `scale` are used.
         chunk: indices of the points.
         runs: number of directions of the perturbation.
-        sampling: length and samples of a run.
+        measure: function (integrator, runs, number of conserved quantities) → raw measurements.
     """
-    from kernels.flow import flows as kernel
     from kernels.flow.runs import SIZES, Runs
 
     parameters = [p[chunk] for p in theory["parameters"]]
@@ -318,7 +324,7 @@ def _integrate_runs(model, points, theory, chunk, runs, sampling):
     block_group = np.asarray(points["equilibrium"], dtype=np.int64)[chunk]  # points of a group share blocks of lanes
     scale = theory["scale"][chunk]
     batch = Runs(starts, project, scale, epsilon, is_two_sided, block_group, scale[:, None])
-    return kernel.measure_points(model.code.integrator(), batch, len(model.quantities), sampling)
+    return measure(model.code.integrator(), batch, len(model.quantities))
 
 
 # -- columns
@@ -357,7 +363,7 @@ def _columns(model, theory, results):
     fit = raw[:, kernel.FIRST + q :]
     spectra = np.stack([fit[:, codes.HEAD + i * n : codes.HEAD + (i + 1) * n] for i in range(4)])
     # the kernel's tie between imaginary parts depends on the spacing; order again with the scale, as theory is
-    order = _order_eigenvalues(spectra[0] + 1j * spectra[1], S)[1]
+    order = order_eigenvalues(spectra[0] + 1j * spectra[1], S)[1]
     shifts = (S * _eigenvalue_shifts(theory["matrix_change"], theory))[:, None]
     re, im, e_re, e_im = np.take_along_axis(spectra, order[None], axis=2)
     e_re, e_im = e_re + shifts, e_im + shifts
@@ -423,14 +429,14 @@ def _level_set_basis(gradients, n):
 
 def _eigen_columns(matrix, S):
     """Return ordered eigenvalues, their condition numbers, and the joint condition number of the eigenvectors."""
-    values, _ = _order_eigenvalues(matrices.eigenvalues(matrix), S)
+    values, _ = order_eigenvalues(matrices.eigenvalues(matrix), S)
     condition = jacobians.condition_numbers(matrix, values, S)
     joint, rows = (np.full(len(S), np.inf), np.flatnonzero(~(condition.max(1, initial=0.0) < MIN_DEFECTIVE_CONDITION)))
     joint[rows] = matrices.eigenvector_conditions(matrix[rows])
     return {"eigenvalues": values, "condition": condition, "joint_condition": joint}
 
 
-def _order_eigenvalues(values, S):
+def order_eigenvalues(values, S):
     """Return ordered eigenvalues, and the index of each among the unordered."""
     return matrices.sort_eigenvalues(values, 2.0 * codes.MIN_IMAG_GAP * np.nan_to_num(S))
 

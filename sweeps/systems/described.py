@@ -31,6 +31,7 @@ from sweeps.systems.system import Dynamics, Example, Points
 
 if TYPE_CHECKING:
     from sweeps import mechanics
+    from sweeps.mechanics.mode_shapes import ModeShapes
     from sweeps.mechanics.model import Model
     from sweeps.mechanics.taylor import Code
 
@@ -93,6 +94,34 @@ class Described(Dynamics):
     @abstractmethod
     def critical_modes(self, columns: Columns) -> tuple[np.ndarray, np.ndarray]:
         """Return number and frequency (rad s-1) of the mode of each point that grows fastest, by linear theory."""
+
+    def mode_shapes(
+        self, arguments: Mapping[str, np.ndarray], integration: Any, measured: bool = True
+    ) -> "tuple[ModeShapes, ModeShapes, np.ndarray]":
+        """Return predicted shapes, measured shapes, and theory's states of points with equilibria.
+
+        Args:
+            arguments: parameters, `epsilon` and `equilibrium` of points, shape (points,).
+            integration: length, sampling and accuracy of the runs.
+            measured: False to integrate no motion, and return the predicted shapes twice.
+        """
+        from kernels.flow.runs import Sampling
+        from sweeps.mechanics import mode_shapes, relative
+
+        model, points = self.mechanism, self.slots(arguments)
+        theory = relative.theory(model, points)
+        predicted = mode_shapes.predict_shapes(model, theory)
+        states = mode_shapes.complete_states(model, theory, predicted)
+        if not measured:
+            return predicted, predicted, states
+        self._load_code()
+        sampling = Sampling.of(integration.rotations, integration.samples_per_rotation, integration.tolerance)
+        runs = getattr(integration, "runs", None) or relative.usual_runs(model)
+        return predicted, mode_shapes.measure_shapes(model, points, theory, sampling, runs), states
+
+    def complex_rates(self, columns: Any) -> Any:
+        """Return the measured eigenvalues of points, or iΩ and growth rates of modes, s-1, complex."""
+        raise NotImplementedError
 
     def constants(self) -> dict[str, Any]:
         """Return the class attributes of its definitions' model that the description determines."""

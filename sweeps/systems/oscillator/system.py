@@ -201,6 +201,10 @@ class Oscillator(Described):
         """Return 1, the number among the modes of a point that is one mode, and the frequency 0."""
         return np.ones(len(columns["status"]), dtype=np.int64), np.zeros(len(columns["status"]))
 
+    def complex_rates(self, columns: Any) -> Any:
+        """Return iΩ of each mode, or its growth rate."""
+        return np.sqrt(-columns["omega_squared_reduced"] + 0j)
+
     def columns(self, points: Mapping[str, np.ndarray], integration: OscillatorIntegration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.normal_modes`."""
         self._load_code()

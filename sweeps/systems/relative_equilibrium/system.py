@@ -161,6 +161,10 @@ class RelativeEquilibrium(Described):
         """Return number and frequency of the eigenvalue that grows fastest."""
         return invariants.fastest_mode(columns["eigenvalue_real_theory"], columns["eigenvalue_imag_theory"])
 
+    def complex_rates(self, columns: Any) -> Any:
+        """Return the measured eigenvalues."""
+        return columns["eigenvalue_real"] + 1j * columns["eigenvalue_imag"]
+
     def columns(self, points: Mapping[str, np.ndarray], integration: FlowIntegration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.relative`."""
         self._load_code()

@@ -23,6 +23,7 @@ y = system.coordinate(
     "y", "m", bounds=(-length / 2, length / 2), size=length, meaning="position y in the rotating frame"
 )
 vx, vy = system.velocity(x), system.velocity(y)
+system.plane(x, y)
 depth = sqrt(length**2 - x**2 - y**2)
 fall = (x * vx + y * vy) / depth
 system.kinetic_energy(m * ((vx - W * y) ** 2 + (vy + W * x) ** 2 + fall**2) / 2)

@@ -17,6 +17,7 @@ W = system.parameter("spin_rate", "rad s-1", default=2.0, meaning="spin rate of 
 x = system.coordinate("x", "m", bounds=(-1, 1), meaning="position of the disc along x")
 y = system.coordinate("y", "m", bounds=(-1, 1), meaning="position of the disc along y")
 vx, vy = system.velocity(x), system.velocity(y)
+system.plane(x, y)
 system.kinetic_energy(m * (vx**2 + vy**2) / 2)
 system.potential((kx * x**2 + ky * y**2) / 2)
 system.dissipation(outer * (vx**2 + vy**2) / 2)

@@ -1,0 +1,166 @@
+"""Modes of a map: shapes by linear theory and measured, participation, damping, whirl, and their curves.
+
+Shapes are computed for the points that are requested, from the matrices and the runs that made the map's rates, not
+stored in it: they are derived from the same numbers, and most readers of a map need none.
+
+Curves: along a parameter a mode continues the mode at the neighbouring value with which its state (shape, and shape
+times rate) overlaps most. Between values where states change by more than MAX_CHANGE of their distance from the next
+mode, or where two modes exchange their order, theory is evaluated halfway: at a veering states turn into each other,
+and the order stays; at a crossing they do not, down to 2^-MAX_HALVINGS of a cell. So curves do not depend on the grid.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.maps import critical_values, selection, slices, storage
+from sweeps.schema.refusals import RefusedError, hint
+from sweeps.systems.described import Described
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sweeps.points.sweep import Sweep
+
+MAX_CHANGE = 0.25  # distance 1 - overlap of a mode from its continuation, relative to its distance from other modes
+MAX_HALVINGS = 24  # halvings of a cell; a veering narrower than that is taken for a crossing
+
+
+def find_modes(
+    stability_map: "xr.Dataset | str | Path", along: str | None, places: Mapping[str, object], definition: str | None
+) -> "xr.Dataset":
+    """Return the modes of points of a map; see `sweeps.modes`.
+
+    Args:
+        stability_map: a map, or its path.
+        along: the parameter along which modes are followed; None to follow none.
+        places: dimension → value, for dimensions of which one value is chosen.
+        definition: that of the map, if its system is a Python file.
+    """
+    if isinstance(stability_map, str | Path):
+        with storage.open_map(stability_map) as whole_map:
+            return find_modes(whole_map, along, places, definition)
+    slices.check_is_map(stability_map)
+    whole_map = slices.with_all_dimensions(stability_map)
+    sweep = critical_values.sweep_of(whole_map, definition)
+    if not (spectrum := sweep.system.spectrum):
+        raise RefusedError("map: multipliers have no mode shapes; allowed: a map of modes or of eigenvalues")
+    parameters = [dim for dim in sweep.grid.dims if whole_map[dim].dtype.kind == "f"]
+    if along is not None and along not in parameters:
+        raise RefusedError(f"along: {along} is no parameter{hint(along, parameters)}; allowed: {', '.join(parameters)}")
+    nearest = selection.nearest_places(whole_map, {name: str(value) for name, value in places.items()})
+    cut = {dim: [place.index] for dim, place in nearest.items() if dim in places and dim not in (along, *spectrum)}
+    points = whole_map.isel(cut).load()
+    dims = [dim for dim in sweep.grid.dims if dim not in (along, *spectrum)] + [along] * (along is not None)
+    return _modes(points.transpose(*dims, ...), sweep, dims, along)
+
+
+def _modes(points: "xr.Dataset", sweep: "Sweep", dims: list[str], along: str | None) -> "xr.Dataset":
+    """Return the modes of all points of a map, with their eigenvalues as the map contains them."""
+    import xarray as xr
+
+    system, (spectrum,) = critical_values.system_of(sweep), sweep.system.spectrum
+    shape = [points.sizes[dim] for dim in dims]
+    grids = np.meshgrid(*(points[dim].values for dim in dims), indexing="ij")
+    arguments = {dim: grid.ravel() for dim, grid in zip(dims, grids, strict=True)}
+    predicted, measured = system.mode_shapes(arguments, sweep.definition.integration)[:2]
+    rates = system.complex_rates(points)
+    components = [place.name for place in system.mechanism.equations.places]
+
+    def variable(values, words, *extra):
+        return (*dims, spectrum, *extra), np.reshape(values, (*shape, *values.shape[1:])), {"long_name": words}
+
+    modes = {}
+    for kind, shapes in (("_theory", predicted), ("", measured)):
+        source = "linear theory" if kind else "measured"
+        for part in ("real", "imag"):
+            words = f"mode shape, {part} part, {source}"
+            modes[f"mode_shape_{part}{kind}"] = variable(getattr(shapes.vectors, part), words, "component")
+        modes[f"mode_shape_error{kind}"] = variable(shapes.errors, f"error of the mode shape, {source}")
+        words = f"share of the kinetic energy in the component, {source}"
+        modes[f"participation{kind}"] = variable(shapes.participation, words, "component")
+        if plane := system.description.given_plane:
+            sense = np.sign(rates.imag.transpose(*dims, spectrum).values.reshape(shapes.errors.shape))
+            turning = sense * _turning(shapes, [components.index(name) for name in plane])
+            modes[f"whirl{kind}"] = variable(turning, f"1 from {plane[0]} to {plane[1]}, -1 back, 0 planar, {source}")
+    coordinates = {dim: points[dim] for dim in (*dims, spectrum)} | {"component": components}
+    dataset = xr.Dataset(modes, coordinates, {"title": points.attrs.get("title", "")})
+    dataset["eigenvalue_real"], dataset["eigenvalue_imag"] = rates.real, rates.imag
+    with np.errstate(all="ignore"):
+        dataset["damping_ratio"] = -rates.real / np.abs(rates)
+        dataset["log_decrement"] = -2.0 * np.pi * rates.real / np.abs(rates.imag).where(rates.imag != 0.0)
+    if along is not None:
+        numbers = _follow(system, sweep, arguments, points[along].values)
+        dataset["curve"] = variable(numbers, f"number of the mode's curve along {along}; 0 if it is not followed")
+    return dataset
+
+
+def _turning(shapes, plane):
+    """Return 1 for modes that turn from the first to the second component of a plane, -1 back, 0 for planar modes.
+
+    Modes of negative frequency turn the other way.
+    """
+    first, second = (shapes.vectors[..., component] for component in plane)
+    moment = -2.0 * (first.conj() * second).imag
+    size = np.abs(first) ** 2 + np.abs(second) ** 2
+    with np.errstate(invalid="ignore"):
+        is_planar = np.abs(moment) <= 4.0 * shapes.errors * np.sqrt(size * size.max()) + 1e-9 * size
+    return np.where(np.isnan(moment), np.nan, np.where(is_planar, 0.0, np.sign(moment)))
+
+
+def _follow(system: Described, sweep: "Sweep", arguments: dict, values: np.ndarray) -> np.ndarray:
+    """Return the number of each mode's curve along the last of the arguments, shape (points, modes); 0 if unknown."""
+    along = [*arguments][-1]
+    starts = {name: column[:: values.size] for name, column in arguments.items() if name != along}
+
+    def states_at(lines, nodes):
+        """Return the states of all modes at values of the parameter on lines, shape (points, modes, components)."""
+        at_nodes = {name: column[lines] for name, column in starts.items()} | {along: nodes}
+        return system.mode_shapes(at_nodes, sweep.definition.integration, measured=False)[2]
+
+    lines = np.repeat(np.arange(arguments[along].size // values.size), values.size)
+    on_grid = np.tile(values, lines.size // values.size)
+    grid_lines, grid_states = lines, states_at(lines, on_grid)
+    is_whole = np.isfinite(grid_states).all(axis=(1, 2))  # no two modes are equal
+    lines, nodes, states = lines[is_whole], on_grid[is_whole], grid_states[is_whole]
+    for _halving in range(MAX_HALVINGS):
+        is_certain, numbers = _continues(states[:-1], states[1:])
+        is_open = ~is_certain.all(axis=1) | (numbers != range(states.shape[1])).any(axis=1)  # a crossing, or a veering
+        is_open &= np.diff(lines) == 0
+        if not is_open.any():
+            break
+        new_lines, middle = lines[:-1][is_open], 0.5 * (nodes[:-1] + nodes[1:])[is_open]
+        new_states = states_at(new_lines, middle)
+        is_whole = np.isfinite(new_states).all(axis=(1, 2))
+        lines, nodes = np.append(lines, new_lines[is_whole]), np.append(nodes, middle[is_whole])
+        order, states = np.lexsort((nodes, lines)), np.concatenate([states, new_states[is_whole]])
+        lines, nodes, states = lines[order], nodes[order], states[order]
+    is_certain, numbers = _continues(states[:-1], states[1:])
+    curves = np.tile(np.arange(1, grid_states.shape[1] + 1), (lines.size, 1))
+    for node in np.flatnonzero(np.diff(lines) == 0):
+        curves[node + 1, numbers[node]] = np.where(is_certain[node], curves[node], 0)
+    result = np.zeros(grid_states.shape[:2], dtype=np.int64)
+    for row, (line, value) in enumerate(zip(grid_lines, on_grid, strict=True)):
+        members = np.flatnonzero(lines == line)
+        if members.size:
+            nearest = members[np.abs(nodes[members] - value).argmin()]
+            is_continued, number = _continues(states[nearest][None], grid_states[row][None])
+            result[row, number[0]] = np.where(is_continued[0], curves[nearest], 0)
+    return result
+
+
+def _continues(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return whether each first mode's continuation among the second modes is certain, and the continuation's index."""
+    from scipy.optimize import linear_sum_assignment
+
+    def overlaps(left, right):
+        return np.nan_to_num(np.abs(np.einsum("pic,pjc->pij", left.conj(), right)))
+
+    across, diagonal = overlaps(first, second), range(first.shape[1])
+    number = np.array([linear_sum_assignment(-each)[1] for each in across]).reshape(across.shape[:2]).astype(int)
+    continued = np.take_along_axis(across, number[..., None], axis=2)[..., 0]
+    rivals = np.nan_to_num(overlaps(first, first))
+    rivals[:, diagonal, diagonal] = 0.0
+    return 1.0 - continued <= MAX_CHANGE * (1.0 - rivals.max(axis=2)), number

@@ -1,0 +1,196 @@
+r"""Mode shapes of points, by linear theory and measured from the runs of the survey, with errors.
+
+A mode is an eigenvector x of the Jacobian A, or of the propagator :math:`e^{Ah}` over a sample interval, which has the
+same eigenvectors: theory's A is the Jacobian of `relative.theory`, the measured propagator is that of least squares,
+:math:`y_{k+1} = e^{Ah} y_k` over all samples of a point (dynamic mode decomposition).
+
+The equations of a natural system, :math:`\ddot q = -Bq`, make their modes those of B, in the order of the eigenvalues
+Ω², and of the block :math:`\cos(\sqrt B h)` of the propagator.
+
+*Scale.* Shapes of coordinates have :math:`x^{\mathsf H} M x = 1`, with M the kinetic matrix; those of states have the
+sum 1 of :math:`|x_i|^2` over the squares of the states' sizes. The first component within 1 % of the largest, in these
+units, is real and positive.
+
+*Error.* A matrix of error E has eigenvectors that are off by
+:math:`E \sum_{j\ne i} c_j/|\lambda_i - \lambda_j|` or less in first order, :math:`c_j` the condition number of
+:math:`\lambda_j`. E of the fit is the norm of all samples' errors over the least singular value of the samples: their
+scatter, remainder of the extrapolation, and rounding, as in `kernels.flow.flows`. Where the error of a shape exceeds
+MAX_ERROR, as for equal eigenvalues, the shape is no property of the system, and is missing.
+
+Source: Kato, Perturbation Theory for Linear Operators (1995), II.2; Tu et al., J. Comput. Dyn. 1 (2014) 391.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from kernels.compile.blocks import W
+from kernels.flow import codes, matrices
+from sweeps.mechanics import relative
+
+MAX_ERROR = 0.1  # error of a shape of length 1, above which it is missing
+MAX_PHASE_TIE = 0.01  # components that are smaller than the largest by less than this may set the phase
+HALVING, STEPS, SPREAD, MATRIX = range(4)  # columns of a raw result; from the last on, the propagator
+
+
+@dataclass(frozen=True)
+class ModeShapes:
+    """Mode shapes of points, ordered as their eigenvalues; NaN where a shape is not determined.
+
+    Attributes:
+        vectors: complex, shape (points, modes, components).
+        errors: bounds on the length of each vector's deviation, in the norm in which it has length 1, (points, modes).
+        participation: Re(x̄_i (M x)_i), shape (points, modes, components); NaN for states.
+    """
+
+    vectors: np.ndarray
+    errors: np.ndarray
+    participation: np.ndarray
+
+
+def predict_shapes(model, theory: Mapping[str, np.ndarray]) -> ModeShapes:
+    """Return the mode shapes of the Jacobian of `relative.theory`."""
+    scale, matrix = theory["scale"], theory["matrix"]
+    error = relative.THEORY_ROUNDING + theory["matrix_change"]
+    if model.equations.natural:
+        sizes, velocity_sizes = np.split(theory["sizes"], 2, axis=1)
+        accelerations = matrix[:, sizes.shape[1] :, : sizes.shape[1]] * (velocity_sizes / sizes)[:, :, None]
+        return _shapes(model, theory, -accelerations, scale * scale * error)
+    return _shapes(model, theory, matrix, scale * error)
+
+
+def measure_shapes(model, points, theory: Mapping[str, np.ndarray], sampling, runs: int) -> ModeShapes:
+    """Return the mode shapes of the propagator that is fitted to the samples of points.
+
+    Args:
+        model: the system.
+        points: as of `relative.theory`, with `epsilon`.
+        theory: result of `relative.theory`; places, sizes, basis and scale are used.
+        sampling: length and samples of a run, of `kernels.flow.runs`.
+        runs: number of runs of a point.
+    """
+    raw = np.full((len(theory["scale"]), MATRIX + model.n**2), np.nan)
+    fit = partial(_fit_propagators, sampling=sampling)
+    rows = np.flatnonzero(np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2)))
+    for chunk in np.array_split(rows, -(-rows.size // relative.MAX_CHUNK_POINTS)) if rows.size else ():
+        raw[chunk] = relative.integrate_runs(model, points, theory, chunk, runs, fit)
+    propagators = raw[:, MATRIX:].reshape(-1, model.n, model.n)
+    if model.equations.natural:
+        propagators = -propagators[:, : model.equations.m, : model.equations.m]  # in ascending order of Ω²
+    return _shapes(model, theory, propagators, raw[:, SPREAD], np.log)
+
+
+def _fit_propagators(integrator, batch, quantities, sampling):
+    """Return raw results of points: change by halving the step, steps, error of the propagator, and the propagator.
+
+    Args:
+        integrator: of `kernels.flow.runs`.
+        batch: the runs.
+        quantities: number of conserved quantities.
+        sampling: of `kernels.flow.runs`.
+    """
+    from kernels.flow import flows
+    from kernels.flow.runs import CHANGE, Measurement, refine_steps
+
+    runs, num_states = batch.starts.shape[1], batch.project.shape[1]
+    count = sampling.intervals + 1
+    first_weight = flows.QUANTITY + 2 * quantities
+    first_sample = first_weight + runs * count
+
+    def fit_blocks(steps, order, bounds, _numbers, blocks):
+        raw = np.full((steps.size, MATRIX + num_states * num_states), np.nan)
+        for block, first, end in zip(blocks, bounds[:-1], bounds[1:], strict=True):
+            weight = block[first_weight:first_sample].reshape(runs, count, W)
+            samples = block[first_sample:].reshape(runs, count, num_states, W)
+            for lane, point in enumerate(order[first:end]):
+                is_pair = weight[:, 1:, lane] > 0.0
+                before, after = samples[:, :-1, :, lane][is_pair], samples[:, 1:, :, lane][is_pair]
+                largest, total = block[flows.LARGEST, lane], weight[..., lane].sum()
+                raw[point, HALVING], raw[point, STEPS] = block[CHANGE, lane] / largest, steps[point]
+                if len(before) < num_states or not np.isfinite(before).all():
+                    continue
+                transpose, singular = np.linalg.lstsq(before, after, rcond=None)[::3]
+                walk = flows.WALK_FACTOR * codes.UNIT * np.sqrt(steps[point]) * total / runs * largest
+                once, whole = np.sqrt(block[[flows.ONCE_SQUARES, flows.WHOLE_SQUARES], lane])
+                decay = min(15.0 * once / whole, flows.MAX_DECAY) if whole > 0.0 else 0.0
+                remainder = once * (flows.BASE_FACTOR + flows.DECAY_FACTOR * decay)
+                truncation = max(block[CHANGE, lane] - 4.0 * codes.UNIT * np.sqrt(steps[point]) * largest, 0.0) * count
+                scatter = flows.SCATTER_FACTOR * np.linalg.norm(after - before @ transpose)
+                spread = scatter + remainder + walk + truncation * np.sqrt(num_states * total)
+                is_excited = singular[-1] > codes.MIN_EXCITATION * singular[0]
+                raw[point, SPREAD] = spread * (1.0 + np.linalg.norm(transpose)) / singular[-1] if is_excited else np.nan
+                raw[point, MATRIX:] = transpose.T.ravel()
+        return raw
+
+    measurement = Measurement(
+        flows.take_sample, fit_blocks, (num_states, 1, quantities, runs), first_sample + runs * count * num_states
+    )
+    return refine_steps(integrator, measurement, batch, sampling)
+
+
+@np.errstate(all="ignore")
+def complete_states(model, theory: Mapping[str, np.ndarray], shapes: ModeShapes) -> np.ndarray:
+    """Return states of length 1 of theory's modes, in units in which modes of a natural system are orthogonal.
+
+    Of coordinates a state is the shape and the shape times eigenvalue over scale; of a natural system the shape alone.
+    """
+    vectors = shapes.vectors
+    if not model.equations.v:
+        return vectors / theory["sizes"][:, None]
+    metric = model.landscape.a(theory["parameters"], list(theory["place"].T))
+    root = np.linalg.cholesky(np.where(np.isfinite(metric), metric, np.eye(metric.shape[1])))
+    unit_vectors = vectors @ root  # rows Lᵀx, with M = L Lᵀ
+    if model.equations.natural:
+        return unit_vectors
+    rates = (theory["eigenvalues"] / theory["scale"][:, None])[..., None]
+    return np.concatenate([unit_vectors, rates * unit_vectors], axis=2) / np.sqrt(1.0 + np.abs(rates) ** 2)
+
+
+@np.errstate(all="ignore")
+def _shapes(model, theory, matrix, error, logarithm=np.asarray):
+    """Return the shapes of matrices with errors; `logarithm` returns numbers in the order of the rates."""
+    natural = model.equations.natural
+    values, vectors = np.full(matrix.shape[:2], np.nan, dtype=complex), np.full(matrix.shape, np.nan, dtype=complex)
+    rows = np.flatnonzero(np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(error))
+    values[rows], vectors[rows] = np.linalg.eig(matrix[rows])
+    rates = logarithm(values)
+    order = np.argsort(values.real, axis=1) if natural else relative.order_eigenvalues(rates, theory["scale"])[1]
+    values, vectors = np.take_along_axis(values, order, axis=1), np.take_along_axis(vectors, order[:, None], axis=2)
+    inverse = matrices.apply_by_matrix(np.linalg.pinv, np.where(np.isfinite(vectors), vectors, 0.0))
+    condition = np.linalg.norm(inverse, axis=2)  # eigenvectors have length 1
+    gaps = np.abs(values[:, :, None] - values[:, None])
+    gaps[:, range(len(gaps[0])), range(len(gaps[0]))] = np.inf
+    errors = error[:, None] * (condition[:, None] / gaps).sum(axis=2)
+    states = vectors if natural else theory["basis"] @ vectors  # in units of the states' sizes
+    sizes = theory["sizes"][:, : model.equations.m]
+    metric = model.landscape.a(theory["parameters"], list(theory["place"].T)) if model.equations.v else None
+    return _normalised(states[:, : sizes.shape[1]] * sizes[:, :, None], sizes, metric, errors)
+
+
+def _normalised(shapes, sizes, metric, errors):
+    """Return shapes of length 1, shape (points, components, modes), with the phase of the module's first lines.
+
+    Args:
+        shapes: not normalised; of length 1 at most over the sizes.
+        sizes: of coordinates or states.
+        metric: the kinetic matrix; None for states.
+        errors: of the shapes over the sizes.
+    """
+    mass = np.eye(sizes.shape[1]) / sizes[:, None] ** 2 if metric is None else metric
+    images = mass @ shapes
+    length = np.sqrt((shapes.conj() * images).sum(axis=1).real)
+    stretch = np.linalg.norm(mass * sizes[:, :, None] * sizes[:, None], axis=(1, 2)) ** 0.5
+    errors = 2.0 * stretch[:, None] * errors / length
+    unit = np.sqrt(np.einsum("pii->pi", mass))
+    heights = np.abs(shapes) * unit[:, :, None]
+    first = (heights >= (1.0 - MAX_PHASE_TIE) * heights.max(axis=1, keepdims=True)).argmax(axis=1)
+    leading = np.take_along_axis(shapes, first[:, None], axis=1)
+    factor = leading.conj() / (np.abs(leading) * length[:, None])
+    is_determined = errors <= MAX_ERROR
+    vectors = np.where(is_determined[:, None], shapes * factor, np.nan)
+    participation = (vectors.conj() * (images * factor)).real
+    participation = np.full(participation.shape, np.nan) if metric is None else participation
+    errors = np.where(is_determined, errors, np.nan)
+    return ModeShapes(np.swapaxes(vectors, 1, 2), errors, np.swapaxes(participation, 1, 2))
