@@ -15,24 +15,17 @@ once. In units of |w| and of the greatest moment, with L = I w and f_i = (I_j - 
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from sweeps.certification.reference import BodyMotion, conjugate, rotation_vector
-from sweeps.systems.motion import multiply, rotate_vectors
+from sweeps.certification.reference import BodyMotion
+from sweeps.systems.motion import UNROTATED, multiply
 
 SEGMENTS = 300  # number of pairs of rows
 ANGLES = (0.03, 0.5, 3.0)  # rad from row to row: the first for which the defect exceeds rounding
 CLEAR = 30.0  # defect over the resolution of the file that is clear
-STEP = 1e-6  # relative step of finite differences in the parameters
-ITERATIONS = 3
-
-
-class Segments(NamedTuple):
-    """Pairs of rows: states (w and q, in units of |w| of the first row), (n, 7), and time between them, (n,)."""
-
-    first: np.ndarray
-    last: np.ndarray
-    spans: np.ndarray
-    moments: np.ndarray
+SCALE = 64.0  # unit of the fitted parameters, so that the finite differences of SciPy change p by 1e-6
+MAX_PARAMETER = 10.0  # bound on each p, beyond which the equations are far from free rotation
+ITERATIONS = 5  # number of evaluations of the Jacobian, of equations that are nearly linear in p
 
 
 class Explanation(NamedTuple):
@@ -44,46 +37,14 @@ class Explanation(NamedTuple):
     score: float  #: root mean square of the defect that is left, relative to that of the free motion
 
 
-def _torque_body(w, q, f, moments, p):
-    return f + p / moments, w
+class Segments(NamedTuple):
+    """Pairs of rows of a motion, in units of |w| of the first row and of the greatest moment."""
 
-
-def _torque_space(w, q, f, moments, p):
-    return f + rotate_vectors(conjugate(q), np.broadcast_to(p, w.shape)) / moments, w
-
-
-def _dissipation(w, q, f, moments, p):
-    L = moments * w
-    return f + p[0] * np.cross(L, np.cross(L, w)) / moments, w
-
-
-def _damping(w, q, f, moments, p):
-    return f + p[0] * w, w
-
-
-def _momentum_only(w, q, f, moments, p):
-    g, h = moments**2 * w, moments * w
-    along = np.einsum("ij,ij->i", g, h) / np.einsum("ij,ij->i", h, h)
-    return f + p[0] * (g - along[:, None] * h), w
-
-
-def _first_order(w, q, f, moments, p):
-    return f + p[0] * (_euler(w, f, moments) + _euler(f, w, moments)), w + p[1] * f
-
-
-def _kinematics(w, q, f, moments, p):
-    return f, (1.0 + p[0]) * w
-
-
-ALTERNATIVES = (  # word, equations in words, right-hand side, number of parameters
-    ("first_order", "an error of first order of the step", _first_order, 2),
-    ("energy_drift", "energy changes while |L| is kept", _dissipation, 1),
-    ("momentum_drift", "the rates grow or decay evenly", _damping, 1),
-    ("momentum_drift", "|L| changes while the energy is kept", _momentum_only, 1),
-    ("torque", "a constant torque in the body's axes", _torque_body, 3),
-    ("torque", "a constant torque in space", _torque_space, 3),
-    ("kinematics", "attitudes turn by a multiple of the rates", _kinematics, 1),
-)
+    first: np.ndarray  #: states w and q, (n, 7)
+    last: np.ndarray
+    spans: np.ndarray  #: time between them, (n,)
+    moments: np.ndarray
+    has_attitude: bool  #: False if q is that of no rotation, which does not count
 
 
 def _euler(a, b, moments):
@@ -92,72 +53,82 @@ def _euler(a, b, moments):
     return (moments[j] - moments[k]) / moments * a[:, j] * b[:, k]
 
 
+def _normal_part(a, b):
+    """Return the part of vectors a that is normal to b."""
+    return a - (np.einsum("ij,ij->i", a, b) / np.einsum("ij,ij->i", b, b))[:, None] * b
+
+
+def _in_body(p, q):
+    """Return a vector of space in the axes of bodies of attitudes q."""
+    return Rotation.from_quat(q, scalar_first=True).inv().apply(p)
+
+
+IN_SPACE = "a constant torque in space"
+ALTERNATIVES = (  # word, equations in words, number of parameters p, (w', rates by which attitudes turn)
+    ("first_order", "an error of first order of the step", 2,
+     lambda w, q, f, inertia, p: (f + p[0] * (_euler(w, f, inertia) + _euler(f, w, inertia)), w + p[1] * f)),
+    ("energy_drift", "energy changes while |L| is kept", 1,
+     lambda w, q, f, inertia, p: (f + p[0] * np.cross(inertia * w, np.cross(inertia * w, w)) / inertia, w)),
+    ("momentum_drift", "the rates grow or decay evenly", 1, lambda w, q, f, inertia, p: (f + p[0] * w, w)),
+    ("momentum_drift", "|L| changes while the energy is kept", 1,
+     lambda w, q, f, inertia, p: (f + p[0] * _normal_part(inertia**2 * w, inertia * w), w)),
+    ("torque", "a constant torque in the body's axes", 3, lambda w, q, f, inertia, p: (f + p / inertia, w)),
+    ("torque", IN_SPACE, 3, lambda w, q, f, inertia, p: (f + _in_body(p, q) / inertia, w)),
+    ("kinematics", "attitudes turn by a multiple of the rates", 1, lambda w, q, f, inertia, p: (f, (1.0 + p[0]) * w)),
+)  # fmt: skip
+
+
 def segments(motion: BodyMotion, resolution: float) -> Segments:
     """Return pairs of rows of a motion with attitudes or rates, whose defect exceeds the resolution where it can."""
-    n, speed = len(motion.times), motion.speed
+    n, speed, has_attitude = len(motion.times), np.linalg.norm(motion.w[0]), motion.q is not None
     times, moments = motion.times * speed, motion.moments / motion.moments.max()
-
-    def states(rows: np.ndarray) -> np.ndarray:
-        q = np.tile([1.0, 0.0, 0.0, 0.0], (len(rows), 1)) if motion.q is None else motion.q[rows]
-        return np.hstack([motion.w[rows] / speed, q])
-
-    first = np.unique(np.linspace(0, n - 2, min(n - 1, SEGMENTS)).astype(int))
+    q = motion.q.as_quat(scalar_first=True) if has_attitude else np.tile(UNROTATED, (n, 1))
+    states = np.hstack([motion.w / speed, q])
+    first = np.linspace(0, n - 2, min(n - 1, SEGMENTS)).astype(int)
     for angle in ANGLES:
         last = np.clip(np.searchsorted(times, times[first] + angle), first + 1, n - 1)
-        pairs = Segments(states(first), states(last), times[last] - times[first], moments)
-        if _size(_defect(pairs, motion, _damping, np.zeros(1))) > CLEAR * resolution:
+        pairs = Segments(states[first], states[last], times[last] - times[first], moments, has_attitude)
+        if root_mean_square(_defect(pairs, lambda w, q, f, inertia, p: (f, w), np.zeros(1))) > CLEAR * resolution:
             break
     return pairs
 
 
-def _integrate(pairs: Segments, rhs, p: np.ndarray) -> np.ndarray:
-    """Return the states to which some equations lead from the first states, (n, 7)."""
+def root_mean_square(values: np.ndarray) -> float:
+    """Return the root of the mean square of values."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _defect(pairs: Segments, rhs, p: np.ndarray) -> np.ndarray:
+    """Return rates (in |w|) and attitudes (rad) of the last states less those that some equations give, one array."""
     from scipy.integrate import solve_ivp
 
     shape, spans = pairs.first.shape, pairs.spans[:, None]
 
     def derivative(_, y):
-        y = y.reshape(shape)
-        w, q = y[:, :3], y[:, 3:]
-        change, q_change = rhs(w, q, _euler(w, w, pairs.moments), pairs.moments, p)
-        rates = np.hstack([np.zeros((shape[0], 1)), q_change])
-        return (spans * np.hstack([change, 0.5 * multiply(q, rates)])).ravel()
+        w, q = np.split(y.reshape(shape), [3], axis=1)
+        change, v = rhs(w, q, _euler(w, w, pairs.moments), pairs.moments, p)
+        return (spans * np.hstack([change, 0.5 * multiply(q, np.pad(v, ((0, 0), (1, 0))))])).ravel()
 
     solution = solve_ivp(derivative, (0.0, 1.0), pairs.first.ravel(), method="DOP853", rtol=1e-12, atol=1e-14)
-    return solution.y[:, -1].reshape(shape)
-
-
-def _defect(pairs: Segments, motion: BodyMotion, rhs, p: np.ndarray) -> np.ndarray:
-    """Return rates (in |w|) and attitudes (rad) of the last states less those that the equations give, (n, 3 or 6)."""
-    end = _integrate(pairs, rhs, p)
-    q = end[:, 3:] / np.linalg.norm(end[:, 3:], axis=1, keepdims=True)
-    rotations = rotation_vector(multiply(conjugate(q), pairs.last[:, 3:]))
-    rates = pairs.last[:, :3] - end[:, :3]
-    return rates if motion.q is None else np.hstack([rates, rotations])
-
-
-def _size(defect: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.square(defect))))
+    (w, q), (last_w, last_q) = (np.split(y, [3], axis=1) for y in (solution.y[:, -1].reshape(shape), pairs.last))
+    first, last = (Rotation.from_quat(each, scalar_first=True) for each in (q, last_q))
+    rotations = (first.inv() * last).as_rotvec() if pairs.has_attitude else np.empty(0)
+    return np.append(last_w - w, rotations)
 
 
 def explanations(motion: BodyMotion, resolution: float) -> list[Explanation]:
     """Return the alternatives with parameters fitted to a motion, the best first."""
-    pairs = segments(motion, resolution)
-    alternatives = []
-    for word, text, rhs, number in ALTERNATIVES:
-        if motion.q is None and (rhs is _torque_space or rhs is _kinematics):
+    from scipy.optimize import least_squares
+
+    pairs, alternatives = segments(motion, resolution), []
+    for word, text, number, rhs in ALTERNATIVES:
+        if motion.q is None and (text == IN_SPACE or word == "kinematics"):
             continue
-        p = np.zeros(number)
-        begin = best = _defect(pairs, motion, rhs, p)
-        for _ in range(ITERATIONS):
-            steps = [_defect(pairs, motion, rhs, p + STEP * unit) - best for unit in np.eye(number)]
-            jacobian = np.stack([step.ravel() / STEP for step in steps], axis=1)
-            trial = p - np.linalg.lstsq(jacobian, best.ravel(), rcond=None)[0]
-            if not np.abs(trial).max() < 10.0:
-                break
-            defect = _defect(pairs, motion, rhs, trial)
-            if not _size(defect) < 0.99 * _size(best):
-                break
-            p, best = trial, defect
-        alternatives.append(Explanation(word, text, p, _size(best) / max(_size(begin), np.finfo(float).tiny)))
+        begin = _defect(pairs, rhs, np.zeros(number))
+        solution = least_squares(
+            lambda x, rhs=rhs: _defect(pairs, rhs, SCALE * x), np.zeros(number), max_nfev=ITERATIONS,
+            bounds=(-MAX_PARAMETER / SCALE, MAX_PARAMETER / SCALE),
+        )  # fmt: skip
+        score = root_mean_square(solution.fun) / max(root_mean_square(begin), np.finfo(float).tiny)
+        alternatives.append(Explanation(word, text, SCALE * solution.x, score))
     return sorted(alternatives, key=lambda alternative: alternative.score)

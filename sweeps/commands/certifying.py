@@ -13,7 +13,6 @@ from sweeps.process.files import replace_output
 from sweeps.schema.refusals import DefinitionError
 
 FAILED = 3  # exit status of the verdict `fail`
-SIZES = ("time", "attitude", "rates", "longitude", "latitude")
 UNCLEAR = ("time_unit", "angle_unit", "rate_unit", "sequence", "scalar", "direction")
 KEYS: tuple[str, ...] = ("verdict", "diagnosis", "attitude_error_max_rad", "attitude_error_end_rad")
 KEYS += ("rates_error_max_relative", "conditioning_rad", "warning")
@@ -57,7 +56,7 @@ def add_certify(commands) -> None:
     command.add_argument("--frame-rate", type=parser.number, metavar="X", help=text)
     text = "axis of a local frame, in its own axes (default: from the columns longitude and latitude)"
     command.add_argument("--frame-axis", nargs=3, type=float, metavar="X", help=text)
-    text = f"columns of a role, where names do not say it: {', '.join(SIZES)}"
+    text = "columns of a role, where names do not say it: time, attitude, rates, longitude, latitude"
     setting: dict[str, Any] = {"nargs": "+", "type": parser.setting, "metavar": "ROLE=NAME,…", "default": ()}
     command.add_argument("--columns", help=text, **setting)
     command.add_argument("--scalar", choices=("first", "last"), help="which of four columns is the scalar")

@@ -124,8 +124,6 @@ def add_body(parser: Parser) -> None:
     parser.add_argument(
         "name", metavar="NAME", nargs="?", help="a body of the sweep `bodies` or of --definition, or a file"
     )
-    text = "link of a robot file, or state of a file of parts, in place of FILE:NAME"
-    parser.add_argument("--link", "--state", metavar="NAME", help=text)
     parser.add_argument("--definition", metavar="DEFINITION", default="bodies", help="the definition that lists NAME")
     add_moments(parser)
     text = 'spin rate, rad s-1 ("30 rpm"; default the body\'s own, or 1)'
@@ -149,6 +147,8 @@ def add_moments(parser: Parser) -> None:
     parser.add_argument("--ratios", nargs=3, help="I1 I2 I3 in any one unit", **quantities)
     parser.add_argument("--tensor", nargs=9, help="tensor of inertia, row by row, kg m2", **quantities)
     parser.add_argument("--rotational", nargs=3, help='rotational constants A B C, MHz ("27.88 cm-1")', **quantities)
+    text = "link of a robot file, or state of a file of parts, in place of FILE:NAME"
+    parser.add_argument("--link", "--state", metavar="NAME", help=text)
     parser.add_argument("--mesh", metavar="FILE", help="a closed surface: STL, OBJ, PLY, OFF, GLB, DAE, TAB or TXT")
     parser.add_argument("--density", help="density of the mesh, kg m-3", **quantities)
     parser.add_argument("--mass", help="mass of the mesh, kg, in place of its density, or of the tensor", **quantities)

@@ -90,19 +90,20 @@ def label_columns(
         frame: axes of the columns. A vector v of principal components has the components Rᵀ v there, with R the
             principal axes, and so has the vector part of a rotation's quaternion.
     """
-    rates = rates @ frame.principal_axes
+    if frame is not PRINCIPAL:
+        rates = rates @ frame.principal_axes
     columns = {
         f"omega{i}{suffix}": ("time", values, angular_velocity(i, how, frame)) for i, values in enumerate(rates.T, 1)
     }
     if attitude is None:
         return columns
-    turned = np.column_stack([attitude[:, 0], attitude[:, 1:] @ frame.principal_axes])
+    if frame is not PRINCIPAL:
+        vector_parts = attitude[:, 1:] @ frame.principal_axes
+        attitude = multiply(np.array(frame.start), np.column_stack([attitude[:, 0], vector_parts]))
     convention = ATTITUDE_CONVENTION.replace("body's", f"{frame.name}'s")
     if frame.start == UNROTATED:
         convention += f", which are the {frame.name}'s at time 0"
-    for i, (part_name, values) in enumerate(
-        zip(QUATERNION_PARTS, multiply(np.array(frame.start), turned).T, strict=True)
-    ):
+    for i, (part_name, values) in enumerate(zip(QUATERNION_PARTS, attitude.T, strict=True)):
         words = {"units": "1", "long_name": f"attitude, {part_name}, {how}", "comment": convention}
         columns[f"q{i}{suffix}"] = ("time", values, words)
     return columns

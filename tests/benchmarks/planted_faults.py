@@ -130,10 +130,13 @@ def kinds():
         delay = rng.uniform(0.1, 0.9) * TIMES[1]
         return table(rows | {"w": exact.rotation(moments, start, TIMES + delay)})
 
-    def restamped(rows, moments, start, q0, rng):
-        row, lost = rng.integers(100, 300), rng.uniform(0.5, 3.0)
-        at = np.where(np.arange(len(TIMES)) < row, TIMES, TIMES + lost)
-        return table(exact_rows(moments, start, at, q0) | {"t": TIMES})
+    def restamped(alone=""):
+        def plant(rows, moments, start, q0, rng):
+            row, lost = rng.integers(100, 300), rng.uniform(0.5, 3.0)
+            at = np.where(np.arange(len(TIMES)) < row, TIMES, TIMES + lost)
+            return table(without(exact_rows(moments, start, at, q0) | {"t": TIMES}, alone))
+
+        return plant
 
     def missing(rows, moments, start, q0, rng):
         row, lost = rng.integers(50, 250), rng.integers(20, 100)
@@ -217,7 +220,7 @@ def kinds():
             "attitude alone": inertia(0.03, "w"), "rates alone": inertia(0.03, "q"),
         },
         "clock": {"1.0001": scaled(1.0001), "0.9": scaled(0.9), "ms": scaled(1e-3)},
-        "gap": {"missing": missing, "lost": restamped},
+        "gap": {"missing": missing, "lost": restamped(), "lost, attitude alone": restamped("w")},
         "first_order": {"explicit": first_order(False), "semi-implicit": first_order(True)},
         "energy_drift": {
             "dissipation": other(dissipation), "attitude alone": other(dissipation, alone="w"),

@@ -215,10 +215,10 @@ def system_of(name):
     """The system that makes the columns."""
     from sweeps.systems.rigid_body import system as rigid_body
     from sweeps.systems.symmetric_top import system as symmetric_top
-    from sweeps.systems.tumbling import system as tumbling
+    from sweeps.systems.tumbling import system as tumbling_system
     from sweeps.systems.twist import system as twist
 
-    systems = {"twist": twist, "tumbling": tumbling, "symmetric_top": symmetric_top, "attitude": rigid_body}
+    systems = {"twist": twist, "tumbling": tumbling_system, "symmetric_top": symmetric_top, "attitude": rigid_body}
     return systems[name].SYSTEM
 
 

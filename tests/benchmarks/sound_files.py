@@ -1,6 +1,6 @@
 """Sound files of three engines, in double and single precision, of ten to a million rows: verdicts of `certify`.
 
-    PYTHONPATH=.:tests python tests/benchmarks/sound_files.py [--bodies 6] [--rows 10,1000,100000]
+    PYTHONPATH=.:tests python tests/benchmarks/sound_files.py [--bodies 6] [--rows 10,1000,1000000]
 
 The engines are SciPy's DOP853, the splitting of McLachlan and Reich (three turns about principal axes, symplectic, of
 second order) with small steps, and the classical Runge-Kutta method. Each has a tolerance that its errors meet; single
@@ -78,12 +78,16 @@ def splitting(moments, start, q0, times):
 ENGINES = {"DOP853": dop853, "splitting": splitting, "Runge-Kutta": runge_kutta}
 
 
-def columns(engine, moments, start, q0, times, is_single):
-    """Columns of a sound file: rates and normalised attitudes."""
+def columns(engine, moments, start, q0, times):
+    """Columns of a sound file in double precision: rates and normalised attitudes."""
     y = ENGINES[engine](moments, start, q0, times)
     y[:, 3:] /= np.linalg.norm(y[:, 3:], axis=1, keepdims=True)
-    rows = table({"t": times, "w": y[:, :3], "q": y[:, 3:]})
-    return {n: c.astype(np.float32) if is_single and n != "time" else c for n, c in rows.items()}
+    return table({"t": times, "w": y[:, :3], "q": y[:, 3:]})
+
+
+def in_single_precision(run):
+    """The same in single precision, but for the time."""
+    return {name: column if name == "time" else column.astype(np.float32) for name, column in run.items()}
 
 
 def main():
@@ -96,8 +100,9 @@ def main():
             times = np.linspace(0.0, min(40.0, 0.05 * number) if number < 1000 else 40.0, number)
             verdicts = {False: Counter(), True: Counter()}
             for moments, start, q0, _ in planted_faults.bodies(args.bodies):
+                double = columns(engine, moments, start, q0, times)
                 for is_single, counter in verdicts.items():
-                    run = columns(engine, moments, start, q0, times, is_single)
+                    run = in_single_precision(double) if is_single else double
                     tolerance = max(TOLERANCES[engine], SINGLE if is_single else 0.0)
                     facts = sweeps.certify(run, moments.tolist(), tolerance=tolerance).attrs
                     counter[facts["verdict"]] += 1

@@ -200,7 +200,7 @@ def with_change(columns, name, row, value):
     ({n: c[:0] for n, c in table(rows()).items()}, "has 0 rows"),
     (table(rows()) | {f"q{i}": np.where(TIMES[9] == TIMES, 0.0, rows()["q"][:, i]) for i in range(4)},
      "row 10: the quaternion is zero"),
-    ({n: c for n, c in table(rows()).items() if n != "q2"}, "3 of 4 columns of the quaternion"),
+    ({n: c for n, c in table(rows()).items() if n != "q2"}, "3 of 4 columns of the attitude"),
     ({n: c for n, c in table(rows()).items() if n != "w2"}, "2 of 3 columns of the rates"),
     ({n: c for n, c in table(rows()).items() if n != "time"}, "there is no time"),
     ({"time": TIMES, "x": TIMES}, "neither attitude nor angular velocity"),

@@ -1,4 +1,4 @@
-"""Check cases for simulators: exact motions of free rigid bodies, computed in 40 digits and rounded to doubles.
+"""Check cases for simulators: exact motions of free rigid bodies, computed in 60 digits and rounded to doubles.
 
 `check_cases.nc` has thirteen motions of 1,001 rows. Moments, first angular velocity and times are exact in decimal and
 in binary; the body's axes at time 0 are those of space. `tests/check_cases.py` makes the file.
@@ -16,7 +16,7 @@ from sweeps.systems.motion import label_columns, time_axis
 
 PATH = Path(__file__).with_suffix(".nc")
 RATES = ("omega1", "omega2", "omega3")
-HOW = "computed in 40 digits, rounded"
+HOW = "computed in 60 digits, rounded"
 NUMBERS = {  # name → meaning of a number of a case
     "conditioning_rad": "largest distance to the motions whose starts differ by the resolution of doubles, 2 ulp",
     "error_bound_rad": "bound on the error of every attitude",
