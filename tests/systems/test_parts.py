@@ -397,3 +397,17 @@ def test_one_state_is_needed_where_one_body_is(tmp_path, capsys):
     assert main(["motion", f"{path}:stowed", "-o", str(tmp_path / "a.csv")]) == 0
     assert "in the axes of the file" in capsys.readouterr().err
     assert "allowed: stowed, deployed" in calls.refusal_message(capsys, "body", f"{path}:closed")
+
+
+def test_tolerances_of_a_list_are_those_of_its_pieces_and_those_of_a_body_its_own():
+    group = {"name": "Wing", "body": {"parts": [BOX, {"name": "Tip", "point": True, "mass": 1, "at": [1, 0, 0]}]}}
+    both = [{**group, "name": "Free"}, {**group, "tolerance": {"mass": "2 %"}}, {**BOX, "tolerance": {"place": 0.1}}]
+    (body,) = body_files.find_bodies({"tolerance": {"mass": "5 %"}, "parts": both})
+    assert {tuple(source): numbers for source, numbers in body.pieces.sources.items()} == {
+        ("Free/A", 0.05, 0.0): [0],
+        ("Free/Tip", 0.05, 0.0): [1],
+        ("Wing/A", 0.05, 0.0): [2],
+        ("Wing/Tip", 0.05, 0.0): [3],
+        ("Wing", 0.02, 0.0): [2, 3],
+        ("A", 0.05, 0.1): [4],
+    }

@@ -59,6 +59,7 @@ SHAPES = {
     "plate": Shape(("along x", "y, thin along z"), lambda a, b: (a * a / 12, b * b / 12, 0.0)),
     "rod": Shape(("length along z",), lambda h: (0.0, 0.0, h * h / 12)),
 }
+MAX_PIECES = 1000  # number of parts of a body; draws of more would take minutes
 KINDS = (*SHAPES, "point", "body")
 Name = Annotated[str, line_of_text(100)]
 
@@ -364,6 +365,8 @@ def _file_body(assembly: Assembly, state: str) -> FileBody:
     """Return the sum of the parts in a state as an entry of a definition, with its pieces."""
     default = SharedTolerance("").replace_by(assembly.tolerance)
     owned = [(part.name, piece) for part in assembly.parts for piece in part.pieces(default)]
+    if len(owned) > MAX_PIECES:
+        raise inertia.InertiaError("", f"have {len(owned):,} rigid pieces", f"at most {MAX_PIECES:,}")
     parts: dict[str, list[int]] = {}
     sources: dict[SharedTolerance, list[int]] = {}
     for place, (part, piece) in enumerate(owned):

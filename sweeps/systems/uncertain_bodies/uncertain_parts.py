@@ -9,7 +9,7 @@ Source: see `sweeps.systems.bodies.parts` and `sweeps.systems.uncertain_bodies.d
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
@@ -26,10 +26,13 @@ from sweeps.systems.uncertain_bodies.verdict import Odds, judge_draws, make_odds
 
 DRAWS = 2**17  # number of draws without --draws; a probability of 1e-3 is known to some 10 % of itself
 SENSITIVITY_DRAWS = 2**10  # draws in each half of the design for sensitivities, which know an index to a few per cent
-#: relative changes of a mass, down to none and up to ten times, and displacements over the size of the body, at which
-#: the verdict is computed before the place of its change is bisected
-MASS_CHANGES = np.concatenate([np.geomspace(1e-4, 9.0, 300), -np.geomspace(1e-4, 1.0 - 1e-9, 250)])
-PLACE_CHANGES = np.geomspace(1e-5, 10.0, 300)
+#: relative changes of a mass, up to ten times and down to none, at which the verdict is computed before it is bisected
+MASS_CHANGES = (np.geomspace(1e-4, 9.0, 300), -np.geomspace(1e-4, 1.0 - 1e-9, 250))
+PLACE_CHANGES = np.geomspace(1e-5, 10.0, 300)  # displacements over the size of the body, for the same purpose
+#: names and unit vectors of the displacements
+DIRECTIONS = [
+    (sign + name, float(f"{sign}1") * row) for name, row in zip("xyz", np.eye(3), strict=True) for sign in "+-"
+]
 BISECTIONS = 40  # halvings of a bracket of a few per cent, to beyond the rounding of moments
 
 
@@ -131,41 +134,40 @@ def find_part_margins(parts: UncertainParts) -> dict[str, dict[str, Any] | None]
     of a few per cent; None if no change is found.
     """
     pieces = parts.pieces
-    tensor = sum_pieces(*pieces[:3])[2]
-    size = math.sqrt(np.trace(tensor) / pieces.masses.sum())
-    directions = {
-        sign + name: row * float(f"{sign}1") for name, row in zip("xyz", np.eye(3), strict=True) for sign in "+-"
-    }
-    word = parts.judge(tensor[None])[0]
     margins: dict[str, list[dict[str, Any]]] = {"mass": [], "place": []}
-    for part, moved in pieces.parts.items() if len(pieces.parts) > 1 else ():
+    tensor = sum_pieces(*pieces[:3])[2]
+    size, word = math.sqrt(np.trace(tensor) / pieces.masses.sum()), parts.judge(tensor[None])[0]
+    for part, numbers in pieces.parts.items() if len(pieces.parts) > 1 else ():
+        groups = np.array(numbers), np.delete(np.arange(len(pieces.masses)), numbers)
+        joined = [np.array(each) for each in zip(*(_join_pieces(pieces, group) for group in groups), strict=True)]
+        searches = [("mass", {"part": part}, changes, np.zeros(3)) for changes in MASS_CHANGES]
+        searches += [("place", {"part": part, "along": name}, size * PLACE_CHANGES, step) for name, step in DIRECTIONS]
+        for name, entry, changes, step in searches:
 
-        def changes_verdict(change: np.ndarray, step: np.ndarray | None, moved: list[int] = moved) -> np.ndarray:
-            masses, places = (np.repeat(values[None], len(change), axis=0) for values in pieces[:2])
-            if step is None:
-                masses[:, moved] *= 1 + change[:, None]
-            else:
-                places[:, moved] += change[:, None, None] * step
-            return parts.judge(sum_pieces(masses, places, pieces.mean_squares)[2]) != word
+            def has_changed(values: np.ndarray, joined: list = joined, step: np.ndarray = step) -> np.ndarray:
+                masses, places = (np.repeat(each[None], len(values), axis=0) for each in joined[:2])
+                masses[:, 0] *= 1.0 if step.any() else 1.0 + values
+                places[:, 0] += values[:, None] * step
+                return parts.judge(sum_pieces(masses, places, joined[2])[2]) != word
 
-        for changes in (MASS_CHANGES[MASS_CHANGES > 0], MASS_CHANGES[MASS_CHANGES < 0]):
-            if (change := _first_change(changes, lambda x: changes_verdict(x, None))) is not None:
-                margins["mass"].append({"part": part, "change": change})
-        for along, step in directions.items():
-            change = _first_change(size * PLACE_CHANGES, lambda x, step=step: changes_verdict(x, step))
-            if change is not None:
-                margins["place"].append({"part": part, "along": along, "change": change})
-    return {name: min(found, key=lambda each: abs(each["change"]), default=None) for name, found in margins.items()}
+            if (change := _first_change(changes, has_changed)) is not None:
+                margins[name].append(entry | {"change": change})
+    return {name: min(entries, key=lambda each: abs(each["change"]), default=None) for name, entries in margins.items()}
 
 
-def _first_change(changes: np.ndarray, is_changed) -> float | None:
-    """Return the first of ascending sizes of a change at which a predicate is true, bisected; None if it is nowhere."""
-    numbers = np.flatnonzero(is_changed(changes))
+def _join_pieces(pieces: Pieces, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return mass, centre and mean squares of the coordinates about it, of some pieces as one."""
+    mass, centre, tensor = sum_pieces(*(values[numbers] for values in pieces[:3]))
+    return mass, centre, np.trace(tensor) / 2 / mass * np.eye(3) - tensor / mass
+
+
+def _first_change(changes: np.ndarray, has_changed: Callable[[np.ndarray], np.ndarray]) -> float | None:
+    """Return the first of ascending sizes of a change for which a predicate is true, bisected; None if it is none."""
+    numbers = np.flatnonzero(has_changed(changes))
     if not numbers.size:
         return None
-    high = float(changes[numbers[0]])
-    low = float(changes[numbers[0] - 1]) if numbers[0] else 0.0
+    low, high = (float(each) for each in np.concatenate([[0.0], changes])[numbers[0] : numbers[0] + 2])
     for _halving in range(BISECTIONS):
         middle = (low + high) / 2
-        low, high = (low, middle) if is_changed(np.array([middle]))[0] else (middle, high)
+        low, high = (low, middle) if has_changed(np.array([middle]))[0] else (middle, high)
     return high

@@ -104,7 +104,7 @@ class SpinVerdict:
         if mass := self.part_margin.get("mass"):
             margins.append(f"{_percent(mass['change'])} in the mass of {mass['part']}")
         if step := self.part_margin.get("place"):
-            margins.append(f"{1000 * step['change']:.3g} mm along {step['along']} in the place of {step['part']}")
+            margins.append(f"{_length(step['change'])} along {step['along']} in the place of {step['part']}")
         clauses += ["margin " + ", ".join(margins)] if margins else []
         if self.odds is not None:
             value, error = self.odds.probability["unstable"], self.odds.error["unstable"]
@@ -198,6 +198,10 @@ def judge_draws(moments: np.ndarray, axis: int, rounding: float) -> np.ndarray:
     along, others = moments[:, axis - 1, None], np.delete(moments, axis - 1, axis=1)
     is_equal = np.abs(others - along) <= rounding * moments.max(axis=1, keepdims=True)
     return np.where(is_equal.any(axis=1), WORDS_BY_RANK.index("marginal"), (others < along).sum(axis=1))
+
+
+def _length(metres: float) -> str:
+    return f"{metres:.3g} m" if metres >= 1 else f"{1000 * metres:.3g} mm"
 
 
 def _percent(fraction: float) -> str:
