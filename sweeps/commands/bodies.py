@@ -69,7 +69,7 @@ def add_body(commands) -> None:
     sampling: dict[str, Any] = {"type": parser.number, "metavar": "N"}
     text = "1-sigma uncertainty of the moments, e.g. 5%%, or a mapping"
     command.add_argument("--uncertainty", metavar="X", help=text)
-    command.add_argument("--draws", help="number of draws, 64 to 4e6 (default 10,000)", **sampling)
+    command.add_argument("--draws", help="number of draws, 64 to 4e6 (default 10,000; 131,072 of parts)", **sampling)
     command.add_argument("--seed", help="seed of the draws (default 1)", **sampling)
     command.add_argument("--method", metavar="M", help="sampling: sobol (default), latin, random")
     command.add_argument("--turns", help="count a flip if it occurs within N turns (default 100)", **sampling)

@@ -417,7 +417,7 @@ def test_bodies_and_grid_share_the_work():
     assert "grid.omega0: [1.0, 2.0] is a dimension, but 1 of 2 bodies have their own" in refusal(mixed_bodies)
     assert "bodies[0].I2: is missing" in refusal({"bodies": [{"name": "a", "I1": 1.0}], "grid": {"omega0": 1}})
     equal_bodies = {"bodies": [bodies_with_rate[0], bodies_with_rate[0]]}
-    assert "bodies[1].name: 'a' is an earlier body's name" in refusal(equal_bodies)
+    assert "bodies[1].name: 'a' is an earlier name" in refusal(equal_bodies)
     assert read_definition({"bodies": bodies_with_rate}).bodies[1].moments == (1.0, 1.0, 1.0)
     assert read_definition({"bodies": [bodies_with_rate[0], second], "grid": {"omega0": 5}}).grid.omega0 == 5.0
 

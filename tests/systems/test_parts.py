@@ -342,7 +342,7 @@ BOX = {"name": "A", "box": [1, 1, 1], "mass": 1}
     ("values", "words"),
     [
         ({"parts": []}, "parts: [] is empty"),
-        ({"parts": [BOX, BOX]}, "parts[1].name: 'A' is an earlier part's name"),
+        ({"parts": [BOX, BOX]}, "parts[1].name: 'A' is an earlier name"),
         ({"parts": [{"name": "A", "mass": 1}]}, "has no shape; allowed: one of box, cylinder"),
         ({"parts": [BOX | {"rod": 1}]}, "has box and rod; allowed: one of"),
         ({"parts": [BOX | {"box": [1, 1]}]}, "parts[0].box: [1, 1] is out of range; allowed: 3 numbers > 0 in m"),
@@ -359,6 +359,9 @@ BOX = {"name": "A", "box": [1, 1, 1], "mass": 1}
         ({"parts": [BOX | {"tolerance": {"place": -1}}]}, "parts[0].tolerance.place: -1 is out of range"),
         ({"parts": [BOX | {"colour": 1}]}, "parts[0].colour: is an unknown key"),
         ({"parts": [BOX], "spin": [0, 0, 0]}, "spin: [0.0, 0.0, 0.0] is no spin"),
+        ({"parts": [BOX], "states": {"open": {"A": 5}}}, "states: {open: {A: 5}} is not as states are"),
+        ({"parts": [BOX | {"mass": 1e200}]}, "parts[0].mass: 1e+200 is out of range"),
+        ({"parts": [BOX | {"name": str(k)} for k in range(1001)]}, "have 1,001 rigid pieces"),
         ({"parts": [BOX], "states": {"open": {"B": {}}}}, "states.open.B: is no part"),
         ({"parts": [BOX], "states": {"open": {"A": {"mass": 0}}}}, "states.open': parts[0].mass: 0 is out of"),
         ({"parts": [{"name": "A", "point": True, "mass": 1}]}, "three principal moments > 0"),

@@ -168,9 +168,10 @@ class FileBody:
     frame: str | None = "file"  #: owner of the axes of its tensor: see `Body.frame`
 
 
-def _check_unique_names(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
+def check_unique_names(bodies: tuple) -> tuple:
+    """Return bodies or parts of which all names differ; refuse others."""
     names = [body.name for body in bodies]
-    words = "is an earlier body's name", "names that all differ"
+    words = "is an earlier name", "names that all differ"
     if repeated := [number for number, name in enumerate(names) if name in names[:number]]:
         raise refusals([Problem((number, "name"), display(names[number]), *words) for number in repeated])
     return bodies
@@ -178,7 +179,7 @@ def _check_unique_names(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
 
 def list_of(model: type[Body]) -> object:
     """Return the type of a definition's `bodies`: a list with unique names."""
-    return Annotated[tuple[model, ...], AfterValidator(not_empty), AfterValidator(_check_unique_names)]
+    return Annotated[tuple[model, ...], AfterValidator(not_empty), AfterValidator(check_unique_names)]
 
 
 class BodiesDefinition(Definition):

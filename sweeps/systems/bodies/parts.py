@@ -19,9 +19,10 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from pydantic import BeforeValidator, Discriminator, Tag, ValidationError, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, ValidationError, model_validator
 
 from sweeps.reading.definitions import file_text, plain, read_text
+from sweeps.reading.mesh import MAX_COORDINATE
 from sweeps.reading.tables import heading
 from sweeps.schema.parameters import Strict, key
 from sweeps.schema.refusals import (
@@ -36,9 +37,9 @@ from sweeps.schema.refusals import (
     refusals,
     validation_problems,
 )
-from sweeps.schema.values import Positive, Prose, convert_unit, finite, line_of_text, not_empty, number
+from sweeps.schema.values import Prose, convert_unit, finite, line_of_text, not_empty, number
 from sweeps.systems.bodies import inertia
-from sweeps.systems.bodies.body import Body, FileBody
+from sweeps.systems.bodies.body import Body, FileBody, check_unique_names
 
 
 class Shape(NamedTuple):
@@ -61,17 +62,21 @@ SHAPES = {
 }
 MAX_PIECES = 1000  # number of parts of a body; draws of more would take minutes
 KINDS = (*SHAPES, "point", "body")
+Amount = Annotated[float, number(lambda x: 0 < x <= MAX_COORDINATE, "a finite number > 0, up to 1e30")]
 Name = Annotated[str, line_of_text(100)]
 
 
 def _numbers(words: tuple[str, ...], unit: str, is_size: bool = False) -> BeforeValidator:
     """Return a validator of a number for each of the words, in a unit, > 0 if it is a size; one may be no list."""
-    allowed = f"{len(words)} numbers{' > 0' if is_size else ''} in {unit} ({', '.join(words)})"
+    allowed = (
+        f"{len(words)} numbers{' > 0' if is_size else ''} in {unit} ({', '.join(words)}), up to {MAX_COORDINATE:g}"
+    )
 
     def check(value: Any) -> tuple[float, ...]:
         values = value if isinstance(value, tuple | list) else (value,)
         amounts = tuple(finite(each, allowed, unit) for each in values)
-        if len(amounts) != len(words) or (is_size and not min(amounts) > 0):
+        is_small = all(abs(amount) <= MAX_COORDINATE for amount in amounts)
+        if len(amounts) != len(words) or not is_small or (is_size and not min(amounts) > 0):
             raise refusal("is out of range", allowed)
         return amounts
 
@@ -103,14 +108,14 @@ def _rotation(value: object) -> np.ndarray:
     return Rotation.from_quat(quaternion, scalar_first=True).as_matrix()
 
 
-_MASS, _PLACE = "of the mass, relative (5 %): from 0 to below 1", "of the place along each of x, y and z, m: 0 or more"
+_MASS, _PLACE = "of the mass, relative (5 %): from 0 to below 1", "of the place along each of x, y and z, m: 0 to 1e30"
 
 
 class Tolerance(Strict):
     """Standard deviations of the mass and the place of a part."""
 
     mass: Annotated[float, number(lambda x: 0 <= x < 1, _MASS), _in_unit("1")] = key(_MASS)
-    place: Annotated[float, number(lambda x: x >= 0, _PLACE), _in_unit("m")] = key(_PLACE)
+    place: Annotated[float, number(lambda x: 0 <= x <= MAX_COORDINATE, _PLACE), _in_unit("m")] = key(_PLACE)
 
 
 class SharedTolerance(NamedTuple):
@@ -168,8 +173,8 @@ class Part(Strict):
         "place of its centre; of a mesh or parts, of their origin", (0.0,) * 3
     )
     turned: Annotated[Any, BeforeValidator(_rotation)] = key(f"before it is placed, {_TURNED}")
-    mass: Annotated[Positive, _in_unit("kg")] = key("mass, kg: > 0")
-    density: Annotated[Positive, _in_unit("kg m-3")] = key(
+    mass: Annotated[Amount, _in_unit("kg")] = key("mass, kg: > 0")
+    density: Annotated[Amount, _in_unit("kg m-3")] = key(
         "density, kg m-3: > 0, in place of the mass of a shape with volume"
     )
     tolerance: Tolerance = key("{mass, place}: standard deviations")
@@ -224,25 +229,36 @@ class Part(Strict):
             )
 
 
+_STATES = "a mapping of states to mappings of parts to mappings of the keys that differ"
+
+
+def _check_states(value: object) -> object:
+    states = value.values() if isinstance(value, Mapping) and value else [0]
+    if not all(isinstance(changes, Mapping | None) for changes in states) or not all(
+        isinstance(keys, Mapping) for changes in states for keys in (changes or {}).values()
+    ):
+        raise refusal("is not as states are", _STATES)
+    return value
+
+
 class Assembly(Strict):
     """A body of parts."""
 
     name: Name = key("the body's name: one line of text, at most 100 characters", ...)
-    parts: Annotated[tuple[Part, ...], BeforeValidator(not_empty)] = key("a list of parts, names unique", ...)
+    parts: Annotated[tuple[Part, ...], BeforeValidator(not_empty), AfterValidator(check_unique_names)] = key(
+        "a list of parts, names unique", ...
+    )
     tolerance: Tolerance = key("{mass, place}: standard deviations of parts without their own")
     spin: Annotated[tuple, _numbers(("x", "y", "z"), "rad s-1")] = key(
         "angular velocity in the axes of the parts, rad s-1"
     )
-    states: dict[str, dict[str, dict] | None] = key("state → part → keys that differ", {"": {}})
+    states: Annotated[dict, BeforeValidator(_check_states)] = key(_STATES, {"": {}})
     source: Prose = key("source of the numbers: text")
     note: Prose = key("remark for the reader: text")
 
     @model_validator(mode="after")
     def _check_names(self) -> "Assembly":
         names = [part.name for part in self.parts]
-        if repeated := [number for number, name in enumerate(names) if name in names[:number]]:
-            words = "is an earlier part's name", "names that all differ"
-            raise refusals([Problem(("parts", number, "name"), display(names[number]), *words) for number in repeated])
         for state, changes in self.states.items():
             for name in set(changes or ()) - set(names):
                 allowed = "the names of parts: " + ", ".join(names)

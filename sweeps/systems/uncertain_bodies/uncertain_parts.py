@@ -95,6 +95,7 @@ class UncertainParts:
         return judge_draws(self.find_moments(tensors), 1, self.pieces.rounding)
 
 
+@np.errstate(all="ignore")  # draws of tolerances beyond all bodies overflow, and are judged as they are
 def find_odds(parts: UncertainParts, options: Mapping[str, Any]) -> tuple[Odds, np.ndarray] | tuple[None, None]:
     """Return the odds of the spin and the covariance of the tensor's entries; (None, None) without tolerances.
 
@@ -119,7 +120,7 @@ def find_odds(parts: UncertainParts, options: Mapping[str, Any]) -> tuple[Odds, 
         moments.append(parts.find_moments(tensors))
         entries.append(tensors[:, rows, columns])
     indices = designs.sobol_indices(parts.relative_rate, groups, min(draws, SENSITIVITY_DRAWS), seed, method)
-    sensitivity = dict(zip(inputs, indices["total"].tolist(), strict=True))
+    sensitivity = dict(zip(inputs, np.nan_to_num(indices["total"]).tolist(), strict=True))
     odds = make_odds(np.array(moments), 1, parts.pieces.rounding, sensitivity)
     return odds, np.cov(np.concatenate(entries), rowvar=False)
 
