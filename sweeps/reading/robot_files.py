@@ -13,7 +13,6 @@ elements that include other files are refused.
 Source: URDF, wiki.ros.org/urdf/XML/link; SDFormat 1.11, sdformat.org/spec; MuJoCo 3, XML reference, body/inertial.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import product
@@ -67,6 +66,8 @@ def read_links(path: str | Path) -> list[Link]:
         return links
     except UnreadableError as error:
         raise DefinitionError(message(str(path), [error.problem])) from None
+    except ValueError as error:  # of SciPy: a quaternion 0, a sequence of Euler angles that is none
+        raise DefinitionError(f"{path}: {error}; allowed: {FORMATS}") from None
 
 
 def _read_xml(path: str | Path) -> Element:
@@ -86,7 +87,7 @@ def _read_xml(path: str | Path) -> Element:
 def _parse_xml(file: FileBytes) -> list[bytes]:
     """Return an empty part and the document without comments, or one part, why it is refused; runs in the child."""
     try:
-        return [b"", ElementTree.tostring(_element_of(file.read_at(0, file.size)))]
+        return [b"", ElementTree.tostring(_element_of(file.read_at(0, file.size)), encoding="utf-8")]
     except ValueError as error:
         return [str(error).encode()]
     except expat.ExpatError as error:
@@ -113,8 +114,9 @@ def _numbers(text: str | None, default: str, where: str) -> list[float]:
         values = [float(word) for word in (default if text is None else text).split()]
     except ValueError:
         values = []
-    if len(values) != len(default.split()) or not all(map(math.isfinite, values)):
-        raise UnreadableError((where,), display(text), "is refused", f"{len(default.split())} finite numbers")
+    if len(values) != len(default.split()) or not all(abs(value) <= mesh.MAX_COORDINATE for value in values):
+        allowed = f"{len(default.split())} numbers of at most {mesh.MAX_COORDINATE:g}"
+        raise UnreadableError((where,), display(text), "is refused", allowed)
     return values
 
 
@@ -229,7 +231,7 @@ def _mjcf_pose(element: Element, compiler: Element, name: str) -> Pose:
     position, is_degrees = _numbers(element.get("pos"), "0 0 0", f"{name}: pos"), compiler.get("angle") != "radian"
     if element.get("axisangle"):
         *axis, angle = _numbers(element.get("axisangle"), "0 0 1 0", f"{name}: axisangle")
-        rotation = Rotation.from_rotvec(np.array(axis) / np.linalg.norm(axis) * angle, is_degrees)
+        rotation = Rotation.from_rotvec(np.array(axis) / (np.linalg.norm(axis) or 1.0) * angle, is_degrees)
     elif element.get("euler"):  # small letters are rotating axes in MuJoCo, and fixed ones in SciPy
         angles = _numbers(element.get("euler"), "0 0 0", f"{name}: euler")
         rotation = Rotation.from_euler(compiler.get("eulerseq", "xyz").swapcase(), angles, is_degrees)

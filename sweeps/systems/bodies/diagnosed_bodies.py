@@ -13,6 +13,8 @@ from sweeps.systems.bodies.body import FileBody
 
 EVIDENCE = {"mass": "kg", "centre": "m", "size": "m"}  # keys beside a tensor that only the diagnosis uses → unit
 
+MAX_ENTRY = 1e300  # kg m2, bound on entries, so that their sums do not overflow
+
 
 def read_robot(path: str) -> list[FileBody]:
     """Return the links of a robot file as bodies, tensors in the links' axes.
@@ -47,6 +49,8 @@ def diagnose_entry(entry: Mapping) -> list[FileBody]:
         rows = [[parse_amount("body: tensor", value, "kg m2") for value in row] for row in entry["tensor"]]
         tensor = np.reshape(rows, (3, 3))
     except (DefinitionError, TypeError, ValueError):
+        return []
+    if not np.abs(tensor).max() <= MAX_ENTRY:
         return []
     points = robot_files.CORNERS * values["size"] / 2 if "size" in values else None
     mass = values["mass"].item() if "mass" in values else None

@@ -11,15 +11,8 @@ from kernels.events import tumbling
 from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import parse_amount
 from sweeps.systems.bodies import shapes
-from sweeps.systems.observed_periods.system import (
-    MAX_EXCLUSION,
-    MAX_PERIOD,
-    MIN_PERIOD,
-    PERIODS,
-    SYSTEM,
-    NoIntegration,
-    exclusion,
-)
+from sweeps.systems.observed_periods import system
+from sweeps.systems.observed_periods.system import MAX_EXCLUSION, MAX_PERIOD, MIN_PERIOD, PERIODS, NoIntegration
 
 UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 SHAPES = {"I1_over_I3": {"start": 0.01, "stop": 0.99, "num": 99}, "thickness": {"start": 0.0, "stop": 1.0, "num": 51}}
@@ -101,7 +94,7 @@ def periods_of_body(
                 deviations = np.fmax.reduce([np.abs(each[name] - body[name]) for each in shifted])
             squares[name] += np.nan_to_num(deviations, posinf=0.0) ** 2
     sigma_psi = np.hypot(periods.sigma_psi, periods.P_phi * np.sqrt(squares["least_ratio"]))
-    sigmas = exclusion(body["least_ratio"], periods.P_psi, periods.P_phi, sigma_psi, periods.sigma_phi)
+    sigmas = system.exclusion(body["least_ratio"], periods.P_psi, periods.P_phi, sigma_psi, periods.sigma_phi)
     body["energy_stderr"] = np.hypot(body["energy_stderr"], np.sqrt(squares["energy"]))
     rows = []
     for number, (mode, sigma) in enumerate(zip(MODES, sigmas.tolist(), strict=True)):
@@ -130,7 +123,7 @@ def _check_pair(name: str, values: Sequence[float], minimum: float, interval: st
 def _solve_body(periods: TwoPeriods, low: float, middle: float) -> dict[str, np.ndarray]:
     """Return the columns of a body of ratios `low` and `middle` by name, each in both modes, shape (2,)."""
     point = {"I1": float(low), "I2": float(middle), "I3": 1.0} | periods.seconds
-    columns = SYSTEM.columns({name: np.array([value]) for name, value in point.items()}, NoIntegration())
+    columns = system.SYSTEM.columns({name: np.array([value]) for name, value in point.items()}, NoIntegration())
     names = {
         "energy": "energy_{}",
         "energy_stderr": "energy_{}_stderr",
@@ -167,7 +160,7 @@ def periods_of_any_body(periods: TwoPeriods) -> list[dict]:
     (needles).
     """
     values = [getattr(periods, name) for name in PERIODS]
-    sigmas = {mode: float(exclusion(np.array(ratio), *values)) for mode, ratio in MIN_PERIOD_RATIO.items()}
+    sigmas = {mode: float(system.exclusion(np.array(ratio), *values)) for mode, ratio in MIN_PERIOD_RATIO.items()}
     return [{"mode": mode, "verdict": verdict(sigma), "sigma": sigma} for mode, sigma in sigmas.items()]
 
 
