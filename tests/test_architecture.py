@@ -156,6 +156,8 @@ def test_no_room_asks_for_a_systems_name_or_a_coordinates():
     requests[ROOT / "sweeps/schema/__init__.py"] -= {DEFAULT_SYSTEM}  # the default is named here, once
     requests[ROOT / "sweeps/systems/__init__.py"] -= of_systems - {DEFAULT_SYSTEM}  # those that describe many
     requests[ROOT / "sweeps/reading/robot_files.py"] -= {"body"}  # an element of MJCF
+    requests[ROOT / "sweeps/commands/definitions.py"] -= {"K"}  # part K of N
+    requests[ROOT / "sweeps/views/report.py"] -= {"plane"}  # the plane of parameters that a page shows
     requests[ROOT / "sweeps/schema/refusals.py"] -= {"input"}  # a word of pydantic's
     requests[ROOT / "sweeps/views/page/controls.js"] -= {"input"}  # a word of browsers
     assert {str(path.relative_to(ROOT)): words for path, words in requests.items() if words} == {}

@@ -8,6 +8,7 @@ import sweeps
 from sweeps.handbook import generated
 from sweeps.systems.dissipative_body import system as dissipative
 from sweeps.systems.observed_periods import system as observed_periods
+from sweeps.systems.orbit import system as orbit
 from sweeps.systems.oscillator import system as oscillator
 from sweeps.systems.periodic import system as periodic
 from sweeps.systems.pumped_body import system as pumped_body
@@ -39,6 +40,8 @@ TABLES = [  # marker in results/README.md, and the variables of the code
     ("observed periods, variables", observed_periods.VARIABLES),
     ("pumped body, coordinates", pumped_body.COORDINATES),
     ("pumped body, variables", pumped_body.VARIABLES),
+    ("orbit, coordinates", orbit.COORDINATES),
+    ("orbit, variables", orbit.VARIABLES),
     ("periodic, coordinates", periodic.COORDINATES),
     ("periodic, variables", periodic.VARIABLES),
     ("periodic, invariants", periodic.INVARIANTS),

@@ -62,11 +62,13 @@ class DescribedParameter:
     least: float | None
     most: float | None
     meaning: str
+    step: float | None = None  #: the allowed values are its multiples; None for any value
 
     @property
     def allowed(self) -> str:
         """The allowed values, in words."""
         bounds = ["> 0"] if self.positive else []
+        bounds += [] if self.step is None else [f"a multiple of {self.step:g}"]
         bounds += [] if self.least is None else [f"≥ {self.least:g}"]
         bounds += [] if self.most is None else [f"≤ {self.most:g}"]
         return " and ".join(["a finite number", *bounds]) + f", in {self.unit}"
@@ -74,7 +76,8 @@ class DescribedParameter:
     def allows(self, value: float) -> bool:
         """Return True if a value lies within the bounds."""
         is_within = (self.least is None or value >= self.least) and (self.most is None or value <= self.most)
-        return math.isfinite(value) and is_within and (value > 0 or not self.positive)
+        is_multiple = self.step is None or value % self.step == 0
+        return math.isfinite(value) and is_within and (value > 0 or not self.positive) and is_multiple
 
 
 @dataclass(frozen=True)
@@ -161,11 +164,15 @@ class System:
         self.forces: dict[sp.Symbol, sp.Expr] = {}
         self.states: dict[str, State] = {}
         self.rates: dict[sp.Symbol, sp.Expr] = {}
+        #: the states are smooth functions of canonical ones, and the rates Hamilton's: multipliers come in pairs
+        self.is_hamiltonian = False
         self.conserved_quantities: dict[str, sp.Expr] = {}
         self.picture_parts: list[PicturePart] = []
         self.attitude_equations: tuple[tuple[sp.Expr, ...], ...] | None = None
 
-    def parameter(self, name, unit="1", *, default, positive=False, least=None, most=None, meaning="") -> sp.Symbol:
+    def parameter(
+        self, name, unit="1", *, default, positive=False, least=None, most=None, step=None, meaning=""
+    ) -> sp.Symbol:
         """Add a parameter and return its symbol; a sweep's `grid` gives its value or values.
 
         Args:
@@ -175,12 +182,13 @@ class System:
             positive: True for values > 0 only.
             least: smallest allowed value.
             most: largest allowed value.
+            step: number of which all allowed values are multiples, if the equations' period requires it.
             meaning: description of the coordinate of maps.
         """
         self._check_name(name, unit)
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         parameter = DescribedParameter(
-            name, symbol, unit, float(default), positive, least, most, meaning or name.replace("_", " ")
+            name, symbol, unit, float(default), positive, least, most, meaning or name.replace("_", " "), step
         )
         if not parameter.allows(parameter.default):
             fault = f"default {default!r} is out of range"

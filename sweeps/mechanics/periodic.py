@@ -289,13 +289,17 @@ def pairing_conditions(equations: Equations) -> list[sp.Expr]:
     """Return expressions in the parameters: if all vanish, the multipliers are proved to come in pairs of product 1.
 
     For coordinates they are factors of the velocities' terms and of the curl of the forces in addition to T and V: if
-    all vanish, the forces Q(q, t) have a potential, and the equations are Hamilton's. For two states, the divergence.
+    all vanish, the forces Q(q, t) have a potential, and the equations are Hamilton's. For two states, the divergence;
+    none for
+    states that are canonical ones in disguise.
     """
     if equations.v:
         R = sum(equations.system.dissipation_terms)
         Q = [equations.system.forces.get(q, 0) - sp.diff(R, v) for q, v in zip(equations.q, equations.v, strict=True)]
         curl = [sp.diff(Q[i], equations.q[j]) - sp.diff(Q[j], equations.q[i]) for j in range(len(Q)) for i in range(j)]
         conditions = [*(sp.diff(e, v) for e in Q for v in equations.v), *curl]
+    elif equations.system.is_hamiltonian:
+        return []
     elif equations.n == 2:
         conditions = [sum(f.diff(x) for f, x in zip(equations.f, equations.q, strict=True))]
     else:
@@ -304,12 +308,16 @@ def pairing_conditions(equations: Equations) -> list[sp.Expr]:
 
 
 class BaseMotions:
-    """The periodic motions of points: of a model, parameters (points,), and indices of names, (points,)."""
+    """The periodic motions of points: of a model, parameters (points,), and indices of names, (points,).
+
+    The states `subspace` are independent of all others to first order; motions `within` them, of a model with these
+    states alone, are taken as they are.
+    """
 
     @np.errstate(all="ignore")
-    def __init__(self, model, parameters, slot):
+    def __init__(self, model, parameters, slot, within: "BaseMotions | None" = None, subspace=None):
         parameters = model.with_switches(parameters)
-        self.model, self.parameters, size = model, parameters, slot.size
+        self.model, self.parameters, self.subspace, size = model, parameters, subspace, slot.size
         places = np.take_along_axis(model.landscape.starts(parameters), slot[:, None, None], axis=1)[:, 0]
         self.start = np.zeros((size, model.equations.n))
         self.start[:, : places.shape[1]] = places
@@ -329,8 +337,11 @@ class BaseMotions:
         if not self.is_still.all():
             model.perturbed(False)
             self.residual[~self.jumps_known], self.status[~self.jumps_known] = np.inf, statuses.NOT_FOUND
-            self._close(np.flatnonzero(~self.is_still & self.jumps_known))
-            self._measure_sizes(places)
+            if within is None:
+                self._close(np.flatnonzero(~self.is_still & self.jumps_known))
+                self._measure_sizes(places)
+            else:
+                self._embed(within, places)
         sides = [[*parameters[: len(parameters) - side.shape[1]], *side.T] for side in np.swapaxes(self.switches, 0, 1)]
         self.steepness = np.max([model.steepness([*side, *self.start.T]) for side in sides], axis=0)
 
@@ -379,6 +390,9 @@ class BaseMotions:
         if self.model.equations.v:
             sizes = jacobians.add_velocity_sizes(terms, sizes)
         self.scale, self.sizes = jacobians.rate_bounds(terms, sizes)
+        if self.subspace is not None:  # no term determines the sizes of independent states relative to all others
+            others = np.delete(self.sizes, self.subspace, axis=1).max(axis=1)
+            self.sizes[:, self.subspace] *= (others / self.sizes[:, self.subspace].max(axis=1))[:, None]
         return (rates <= MAX_RATE_AT_REST * np.einsum("pij,pj->pi", terms, self.sizes)).all(axis=1)
 
     def _close(self, which):
@@ -412,6 +426,14 @@ class BaseMotions:
             members = which[(self.num_nodes[which] == K) & (self.status[which] == statuses.OK)]
             self._polish(members, self.nodes[:, :K])
         self.start = self.nodes[:, 0].copy()
+
+    def _embed(self, within, places):
+        """Take the motions of a model of the subspace; all other states vanish."""
+        self.num_nodes, self.residual, self.status = within.num_nodes, within.residual, within.status
+        self.nodes = np.zeros((*within.nodes.shape[:2], self.model.equations.n))
+        self.nodes[:, :, self.subspace], self.start = within.nodes, self.nodes[:, 0]
+        self._measure_sizes(places)
+        self.error = within.error * (within.sizes / self.sizes[:, self.subspace]).max(axis=1)
 
     def mean_rates(self, which, x, phases) -> tuple:
         """Return `Variation.rates_and_slopes` at equal phases of time; means over cells if the drive jumps.
@@ -696,20 +718,23 @@ def groups(base: BaseMotions) -> Iterator[np.ndarray]:
         yield from (members[first : first + size] for first in range(0, members.size, size))
 
 
-def survey(model, points, tolerance: float) -> dict[str, np.ndarray]:
+def survey(model, points, tolerance: float, base: BaseMotions | None = None, block=None) -> dict[str, np.ndarray]:
     """Return all columns of points.
 
     Args:
         model: a system with a period.
         points: each parameter, `epsilon`, and `equilibrium` (index of the name), shape (points,).
         tolerance: largest truncation of a segment's steps, relative to its matrix.
+        base: the points' motions, if they are known.
+        block: indices of states that are independent of all others to first order: their multipliers alone are
+            measured, which come in pairs; by default those of all states.
     """
     slot = np.asarray(points["equilibrium"])
-    base = BaseMotions(model, model.parameters(points, slot.size), slot)
+    base = BaseMotions(model, model.parameters(points, slot.size), slot) if base is None else base
     epsilon = np.asarray(points["epsilon"], dtype=np.float64)
     columns: dict[str, np.ndarray] = {}
     for members in groups(base):
-        for name, values in _columns(base.select(members), epsilon[members], tolerance).items():
+        for name, values in _columns(base.select(members), epsilon[members], tolerance, block).items():
             fill = np.nan if values.dtype == float else 0
             columns.setdefault(name, np.full((slot.size, *values.shape[1:]), fill, values.dtype))[members] = values
     starts = {f"{x.name}_start": base.start[:, i] for i, x in enumerate(model.equations.states)}
@@ -760,8 +785,8 @@ def is_jagged(base: BaseMotions) -> bool:
 
 
 @np.errstate(all="ignore")
-def _columns(base, epsilon, tolerance):
-    """Return columns of points with one number of segments."""
+def _columns(base, epsilon, tolerance, block=None):
+    """Return columns of points with one number of segments; see `survey`."""
     (points, n), reciprocal = base.sizes.shape, bool(base.has_pairs[0])
     missing_matrices, trace_gap, determinant = np.full((points, n, n), np.nan), np.full(points, np.nan), 1.0
     measured = certified = floquet.Matrices(missing_matrices, missing_matrices)
@@ -771,8 +796,12 @@ def _columns(base, epsilon, tolerance):
         certified, trace_gap, determinant = base.certify()
         certified.matrix[trace_gap > MAX_TRACE_DIFFERENCE * floquet.largest_entry(certified.matrix)] = np.nan
         measured.matrix[is_too_large] = np.nan
+    coupling = base.coupling
+    if block is not None:
+        measured, certified = measured.block(block), certified.block(block)
+        coupling, determinant = coupling[:, block][:, :, block], 1.0
     columns, agrees = floquet.compare_flows(
-        measured, certified, trace_gap, base.period, reciprocal, determinant, base.coupling
+        measured, certified, trace_gap, base.period, reciprocal, determinant, coupling
     )
     is_sound = np.isfinite(floquet.largest_entry(measured.matrix + measured.error))
     is_missing = ~(base.residual <= MAX_RESIDUAL)

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 ENTRY_POINT_GROUP = "polhode.systems"  # entry points of systems in further packages: name = module with a SYSTEM
 # Keys of definitions; any further keyword of a call is a key of the definition's grid.
 KEYS: tuple[str, ...] = ("title", "axes", "bodies", "draws", "grid", "integration", "keep", "method", "modulation")
-KEYS += ("sample", "seed", "shards", "start_at", "system", "table", "turns", "twist", "uncertainty")
+KEYS += ("motion", "planes", "sample", "seed", "shape_uncertainty", "shards", "start_at", "system", "table", "turns")
+KEYS += ("twist", "uncertainty")
 _FOLDER = Path(__file__).parent
 _SYSTEM_FILES = [p for p in sorted(_FOLDER.glob("*/system.py")) if "\nSYSTEM = " in p.read_text(encoding="utf-8")]
 MODULES = {path.parent.name: f"sweeps.systems.{path.parent.name}.system" for path in _SYSTEM_FILES}

@@ -43,6 +43,7 @@ SMALL = {
         "keep": True,
         "twist": True,
     },
+    "orbit": {"grid": {"a_over_b": [1.2, 1.3], "b_over_c": 1.25, "eccentricity": [0.0, 0.1]}},
     "pumped_body": {
         "axes": [1, 3],
         "grid": {"I1": 1.0, "I2": [1.5, 2.0], "I3": 2.2, "depth2": 0.2, "frequency": [0.5, 2.0], "omega0": -1.0},

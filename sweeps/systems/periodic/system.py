@@ -241,33 +241,27 @@ def reference_of(system: Periodic) -> Reference:
         """Return the trace of the monodromy matrix, or NaN if the period is too long for a tolerable error."""
         from scipy.integrate import solve_ivp
 
-        base, n = (
-            BaseMotions(model, [np.array([value]) for value in parameter_values], np.array([slot])),
-            model.equations.n,
-        )
-        T, K, steps, M = (
-            float(base.period[0]),
-            int(max(base.num_nodes, base.num_pieces)[0]),
-            1j * STEP * np.eye(n),
-            np.eye(n),
-        )
-        if not T * base.scale[0] < MAX_PERIOD_ANGLE:
+        base = BaseMotions(model, [np.array([value]) for value in parameter_values], np.array([slot]))
+        count, period = model.equations.n, float(base.period[0])
+        num_segments, product = int(max(base.num_nodes, base.num_pieces)[0]), np.eye(count)
+        if not period * base.scale[0] < MAX_PERIOD_ANGLE:
             return np.nan
 
-        def variational_rates(t, y, at):
-            J = np.array([rates(at, y[:n] + step, t).imag / STEP for step in steps]).T
-            return np.concatenate([rates(at, y[:n], t), (J @ y[n:].reshape(n, n)).ravel()])
+        def variational_rates(time, state, values):
+            """Return the rates of the base motion and of its perturbations."""
+            steps = 1j * STEP * np.eye(count)
+            jacobian = np.array([rates(values, state[:count] + step, time).imag / STEP for step in steps]).T
+            perturbations = state[count:].reshape(count, count)
+            return np.concatenate([rates(values, state[:count], time), (jacobian @ perturbations).ravel()])
 
-        starts, _, parameters = base.between_jumps(np.arange(K) / K)  # segments that end at the jumps
-        parameters = np.array([np.broadcast_to(p, (K, 1))[:, 0] for p in parameters])
-        for k, times in enumerate(pairwise(T * np.append(starts, 1.0))):
-            y, at = [*base.nodes[0, min(k, int(base.num_nodes[0]) - 1)], *M.ravel()], (tuple(parameters[:, k]),)
-            M = (
-                solve_ivp(variational_rates, times, y, "DOP853", rtol=1e-12, atol=1e-15, args=at)
-                .y[n:, -1]
-                .reshape(n, n)
-            )
-        return float(np.trace(M))
+        starts, _, parameters = base.between_jumps(np.arange(num_segments) / num_segments)  # they end at the jumps
+        parameters = np.array([np.broadcast_to(values, (num_segments, 1))[:, 0] for values in parameters])
+        for number, times in enumerate(pairwise(period * np.append(starts, 1.0))):
+            node = base.nodes[0, min(number, int(base.num_nodes[0]) - 1)]
+            arguments = {"rtol": 1e-12, "atol": 1e-15, "args": (tuple(parameters[:, number]),)}
+            states = solve_ivp(variational_rates, times, [*node, *product.ravel()], "DOP853", **arguments).y
+            product = states[count:, -1].reshape(count, count)
+        return float(np.trace(product))
 
     def of_point(point):
         parameter_values = tuple(float(point[name]) for name in model.names) or (0.0,)

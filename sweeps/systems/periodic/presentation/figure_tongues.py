@@ -16,7 +16,7 @@ from sweeps.systems.presentation.appearance import Appearance
 from sweeps.systems.presentation.regimes import Regimes
 
 FULL_COLOR_GROWTH = 1.0  # growth per period with the full colour
-MAX_PANELS = 4  # values of a third parameter that are drawn
+MAX_PANELS = 6  # values of a third parameter that are drawn
 MATRIX_SIZE = 60  # size of the tridiagonal matrices for q = 0
 BOUNDS = (
     "det_minus_identity",

@@ -1,0 +1,255 @@
+"""Bodies on orbits, against published charts, closed forms, and equations of their own in 30 digits and DOP853."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+import sweeps
+from kernels.flow.codes import REGIMES
+from sweeps.points.loading import read_sweep
+from sweeps.systems.orbit import equations
+from sweeps.systems.orbit.scipy_trace import trace_by_scipy
+
+DIMORPHOS = {"a_over_b": 1.3, "b_over_c": 16 / 13}
+HYPERION = {"a_over_b": 190 / 145, "b_over_c": 145 / 114}
+
+
+def survey(motion, planes=None, **grid):
+    """Return the map of a sweep, without the dimensions of a single value."""
+    planes = {"planes": planes} if planes else {}
+    return sweeps.survey({"system": "orbit", "motion": motion, **planes, "grid": grid}).squeeze()
+
+
+def agrees(ds, name, expected, digits=0.0):
+    """Return True if measured values agree with expected ones within their errors and printed digits."""
+    return np.all(np.abs(ds[name].values - expected) <= ds[f"{name}_error"].values + digits)
+
+
+@pytest.mark.parametrize(("A", "D"), [(0.6, 0.2), (1.3, -0.4), (0.9, 0.05)])
+@pytest.mark.parametrize("motion", ["resonance", "libration"])
+def test_the_rates_are_hamiltons_in_canonical_states(motion, A, D):
+    """By H in momenta conjugate to (x, alpha, beta), which is written here from T and V alone, in 30 digits."""
+    model = equations.orbit_model(motion)
+    system, e = model.system, model.equations
+    values = {"eccentricity": 0.2, "p": 1.5, "I1_over_I3": A, "asymmetry": D, "modulus": 0.3}
+    values["frequency"] = math.sqrt(3 * abs(D))
+    x, al, be, y, M1, M2 = e.q
+    base = equations.planar_motion(type(system)("again"), motion)
+    at = {p.symbol: sp.Float(values[p.name], 30) for p in system.parameters.values()}
+    if motion == "libration":
+        at[system.parameters["asymmetry"].symbol] = at[system.parameters["frequency"].symbol] ** 2 / 3
+    names = {s.name: s for s in at}
+    radius = 1 + names.get("eccentricity", 0) * sp.cos(system.time)
+    A, D = names["I1_over_I3"], names["asymmetry"]
+    m, v = radius**2 / base.anomaly_rate, radius * base.anomaly_rate
+    c = base.cosine * sp.cos(2 * x) - base.sine * sp.sin(2 * x)
+    s = base.sine * sp.cos(2 * x) + base.cosine * sp.sin(2 * x)
+    half_sum = (2 * A + D) / 2
+    tensor = sp.Matrix([[half_sum - D / 2 * c, -D / 2 * s, 0], [-D / 2 * s, half_sum + D / 2 * c, 0], [0, 0, 1]])
+    p_al, p_be, p_x = sp.symbols("p_al p_be p_x")
+    M3 = base.momentum + p_x
+    M = sp.Matrix([(p_al - M3 * sp.sin(be)) / sp.cos(be), p_be, M3])
+    u = sp.Matrix([sp.cos(be), 0, sp.sin(be)])
+    n = sp.Matrix([-sp.sin(be) * sp.cos(al), sp.sin(al), sp.cos(be) * sp.cos(al)])
+    H = (M.T * tensor.inv() * M)[0] / (2 * m) - base.anomaly_rate * M.dot(n) - base.angle_rate * M3
+    H += sp.Rational(3, 2) * v * (u.T * tensor * u)[0] + base.momentum_rate * x
+    at |= {x: 0.3, al: 0.4, be: -0.2, y: 0.15, M1: 0.1, M2: -0.25, system.time: 0.7}
+    at |= {p_x: at[y], p_be: at[M2]}
+    at[p_al] = (M1 * sp.cos(be) + (base.momentum + y) * sp.sin(be)).subs(at)
+    rates = dict(zip(e.q, (sp.N(f.subs(at), 30) for f in e.f), strict=True))
+    expected = {x: H.diff(p_x), al: H.diff(p_al), be: H.diff(p_be), y: -H.diff(x), M2: -H.diff(be)}
+    for state, rate in expected.items():  # 30 digits of parameters; the states' doubles are exact numbers for both
+        assert abs(rates[state] - sp.N(rate.subs(at), 30)) < 1e-14, state
+    momentum = M1 * sp.cos(be) + (base.momentum + y) * sp.sin(be)
+    slope = sum(momentum.diff(q) * rates[q] for q in e.q) + base.momentum_rate * sp.sin(be)
+    assert abs(sp.N((slope + H.diff(al)).subs(at), 30)) < 1e-14
+
+
+def test_tilts_and_the_plane_separate():
+    """No rate of the plane has a term of first order in tilts, nor vice versa, whatever the planar motion is."""
+    e = equations.orbit_model("resonance").equations
+    in_plane, tilts = [e.q[k] for k in equations.IN_PLANE], [e.q[k] for k in equations.OUT_OF_PLANE]
+    planar = dict.fromkeys(tilts, 0)
+    for f in (e.f[k] for k in equations.IN_PLANE):
+        assert not any(f.diff(x).subs(planar) for x in tilts)
+    for f in (e.f[k] for k in equations.OUT_OF_PLANE):
+        assert not any(f.diff(x).subs(planar) for x in in_plane)
+
+
+THOMSON = [  # K, spin, eccentricity, growth per orbit (Kane and Barba's problem; two independent codes)
+    (0.5, 1.0, 0.0, 1.5 * math.pi),
+    (0.5, 2.0, 0.0, math.sqrt(2) * math.pi),
+    *((0.5, 2.0, 0.1, 4.240785493), (0.5, 2.0, 0.3, 3.967559061), (0.5, 3.0, 0.1, 5.701898912)),
+    *((0.5, 3.0, 0.3, 5.079104624), (1.5, 1.0, 0.1, 0.056318570), (1.5, 1.0, 0.0, 0.0), (1.5, 1.0, 0.3, 0.0)),
+    *((1.8, -0.5, 0.0, 2.291402725), (1.8, -0.5, 0.1, 2.308097368), (1.8, -0.5, 0.3, 2.445358772)),
+]
+
+
+@pytest.mark.parametrize(("K", "spin", "eccentricity", "growth"), THOMSON)
+def test_a_spinning_satellite_grows_as_published(K, spin, eccentricity, growth):
+    ds = survey("spin_normal", K=K, spin=spin, eccentricity=eccentricity)
+    assert agrees(ds, "growth_per_orbit", growth, 5e-10)  # half of the last printed digit
+
+
+def test_on_a_circle_the_multipliers_are_thomsons():
+    """The roots of Thomson's quartic, over the plane of K and spin; the trace to 1e-10 of its size."""
+    ds = survey("spin_normal", K=np.linspace(0.15, 1.95, 7).tolist(), spin=[-1.7, -0.4, 0.8, 1.6, 2.9])
+    K, G = ds.K.values[:, None], ds.K.values[:, None] * ds.spin.values
+    linear, constant = (2 - G) ** 2 + 2 * (G - 1) + 3 * (K - 1), (G - 1) * (G - 1 + 3 * (K - 1))
+    squares = (-linear + np.array([1, -1])[:, None, None] * np.sqrt(linear**2 - 4 * constant + 0j)) / 2
+    trace = 2 * np.cosh(2 * np.pi * np.sqrt(squares)).sum(axis=0).real
+    np.testing.assert_allclose(ds.trace.values, trace, rtol=1e-10, atol=1e-10)
+
+
+def test_on_a_circle_the_frequencies_are_those_of_the_gravity_gradient():
+    """Pitch √(3(k1 - k3)/(1 - k1 k3)), and the roll-yaw quartic, in DeBra and Delp's region and elsewhere."""
+    ds = survey("synchronous", k1=[-0.6, -0.05, 0.3, 0.7], k3=[-0.9, -0.3, 0.2, 0.5], eccentricity=0.0)
+    k1, k3 = np.meshgrid(ds.k1, ds.k3, indexing="ij")
+    square = 3 * (k1 - k3) / (1 - k1 * k3)
+    pitch = 2 * np.cos(2 * np.pi * np.sqrt(square + 0j)).real
+    np.testing.assert_allclose(ds.sel(plane="in_plane").trace, pitch, rtol=1e-10, atol=1e-10)
+    linear, constant = 1 + 3 * k1 + k1 * k3, 4 * k1 * k3
+    squares = (-linear + np.array([1, -1])[:, None, None] * np.sqrt(linear**2 - 4 * constant + 0j)) / 2
+    trace = 2 * np.cosh(2 * np.pi * np.sqrt(squares)).sum(axis=0).real
+    np.testing.assert_allclose(ds.sel(plane="out_of_plane").trace, trace, rtol=1e-10, atol=1e-10)
+
+
+LIBRATIONS = {  # (a/b, b/c) → growth per orbit at amplitudes of 5, 10, 20, 30, 40, 50 degrees (two independent codes)
+    (1.4, 1.3): (0.115248, 0.357881, 0.690944, 0.881276, 0.883827, 0.499019),
+    (1.3, 1.2): (0, 0, 0.545475, 0.803124, 0.893939, 0.761832),
+    (1.2, 1.1): (0, 0, 0, 0.335517, 0.639931, 0.739911),
+    (1.2, 1.5): (0, 0, 0.027093, 0, 0, 0.675607),
+    (1.1, 1.2): (0, 0, 0, 0, 0, 0.026381),
+}
+
+
+@pytest.mark.parametrize("shape", LIBRATIONS)
+def test_librations_grow_out_of_the_plane_as_published(shape):
+    amplitudes = np.radians([5, 10, 20, 30, 40, 50]).tolist()
+    ds = survey("libration", a_over_b=shape[0], b_over_c=shape[1], amplitude=amplitudes)
+    assert agrees(ds, "growth_per_orbit", LIBRATIONS[shape], 5e-7)  # half of the last printed digit
+    k = 3 * (shape[0] ** 2 - 1) / (shape[0] ** 2 + 1)
+    period = [4 * mpmath.ellipk(math.sin(x) ** 2) / mpmath.sqrt(k) for x in amplitudes]
+    np.testing.assert_allclose(ds.period, np.array(period, dtype=float), rtol=1e-14)  # some roundings
+
+
+@pytest.mark.parametrize(
+    ("motion", "values", "onset"),
+    [
+        ("libration", ("amplitude", math.radians(6.6079), math.radians(1e-4)), 0.05),
+        ("synchronous", ("eccentricity", 0.0177697, 2e-6), 1e-3),
+    ],
+)
+def test_dimorphos_becomes_unstable_at_the_published_amplitude_and_eccentricity(motion, values, onset):
+    name, value, width = values
+    ds = survey(motion, ["out_of_plane"], **DIMORPHOS, **{name: [value - width, value + width]})
+    regimes = [REGIMES[1 + k] for k in ds.regime.values]
+    assert regimes[0] == "stable"
+    assert regimes[1] not in ("stable", "marginal")
+    assert 0 < ds.growth_per_orbit[1] < onset  # a few percent of its value far inside
+
+
+def test_the_forced_libration_of_dimorphos_grows_as_published():
+    ds = survey("synchronous", ["out_of_plane"], **DIMORPHOS, eccentricity=[0.024, 0.028, 0.05])
+    assert agrees(ds, "growth_per_orbit", [0.013263231, 0.019250639, 0.163505621], 5e-10)
+
+
+SPIN_ORBIT = [  # p, radial axis, δ'(0), regime in the plane, largest |μ| out of it
+    (1.0, 1, -0.550663902795, "stable", 1.966081977),
+    (0.5, 2, -0.2908296217, "stable", 6.332927),
+    (1.5, 1, 0.6047034274, "period_doubling", 1.0),
+    (1.5, 2, 0.0536459617, "unstable", 1.0),
+    (2.0, 1, 0.890263200227, "stable", 1.007845442859),
+    (2.5, 1, 1.2155145817, "stable", 1.0),
+]
+
+
+@pytest.mark.parametrize(("p", "axis", "rate", "regime", "modulus"), SPIN_ORBIT)
+def test_hyperions_states_are_as_published(p, axis, rate, regime, modulus):
+    ds = survey("spin_orbit", **HYPERION, eccentricity=0.1, p=p, radial_axis=axis)
+    assert abs(ds.rate_start[0] - rate) < 1e-10  # digits printed
+    assert REGIMES[1 + int(ds.sel(plane="in_plane").regime)] == regime
+    tilts = ds.sel(plane="out_of_plane")
+    assert abs(np.exp(tilts.growth_per_orbit) - modulus) < 5e-7 + tilts.growth_per_orbit_error
+    if p == 0.5:  # tilts in the orbit's axes: the sign is that after half a turn of the body
+        assert tilts.multiplier_real[0] > 0
+
+
+@pytest.mark.parametrize(
+    ("p", "asymmetry", "eccentricity", "trace", "years", "orbit"),
+    [(1.5, 2.18e-4, 0.20563, 1.983121893, 11.6400, 87.9691), (1.0, 2.277e-4, 0.0549, 1.973295131, 2.8729, 27.321661)],
+)
+def test_mercury_and_the_moon_librate_as_published(p, asymmetry, eccentricity, trace, years, orbit):
+    ds = survey("spin_orbit", ["in_plane"], asymmetry=asymmetry, eccentricity=eccentricity, p=p)
+    assert agrees(ds, "trace", trace, 5e-10)
+    assert 2 * math.pi / abs(ds.exponent_imag[0]) / (2 * math.pi) * orbit / 365.25 == pytest.approx(years, abs=1e-4)
+
+
+def test_growth_is_per_second_with_an_orbits_size():
+    """The mean motion multiplies all rates, and nothing else."""
+    grid = {**HYPERION, "eccentricity": 0.1}
+    one, other = survey("synchronous", **grid), survey("synchronous", **grid, semi_major_axis=4.0, mu=9.0)
+    np.testing.assert_allclose(other.growth_rate, one.growth_rate * 3 / 8, rtol=1e-14)  # a rounding
+    np.testing.assert_array_equal(other.growth_per_orbit, one.growth_per_orbit)
+    np.testing.assert_allclose(other.period, one.period * 8 / 3, rtol=1e-14)
+
+
+def test_ways_to_give_a_body_agree():
+    c2, a2 = 1 / 1.25**2, 1.2**2
+    I = (1 + c2, a2 + c2, a2 + 1)  # noqa: E741
+    ways = [
+        {"a_over_b": 1.2, "b_over_c": 1.25},
+        {"I1": I[0], "I2": I[1], "I3": I[2]},
+        {"k1": (I[2] - I[0]) / I[1], "k3": (I[2] - I[1]) / I[0]},
+    ]
+    traces = [survey("synchronous", **way, eccentricity=0.05).trace.values for way in ways]
+    np.testing.assert_allclose(traces[1:], [traces[0]] * 2, rtol=1e-12)  # some roundings of the ratios, amplified
+    one, swapped = (
+        survey("spin_orbit", **grid, eccentricity=0.05, p=0.5).trace.values
+        for grid in ({"I1": 0.8, "I2": 0.7, "I3": 1.0}, {"I1": 0.7, "I2": 0.8, "I3": 1.0, "radial_axis": 2})
+    )
+    np.testing.assert_allclose(one, swapped, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("motion", "grid"),
+    [
+        ("synchronous", {"I1": 1.1, "I2": 1.2, "I3": 0.9, "eccentricity": 0.2}),
+        ("spin_normal", {"K": 1.3, "spin": 0.37, "eccentricity": 0.4}),
+        ("spin_orbit", {"k1": 0.5, "k3": 0.1, "eccentricity": 0.15, "p": 0.5}),
+        ("libration", {"a_over_b": 1.2, "b_over_c": 0.9, "amplitude": 1.0}),
+    ],
+)
+def test_bodies_in_any_order_agree_with_scipy(motion, grid):
+    ds = survey(motion, **grid)
+    for plane in np.atleast_1d(ds.plane.values):
+        point = ds.sel(plane=plane) if ds.plane.ndim else ds
+        expected = trace_by_scipy({**{k: float(v) for k, v in grid.items()}, "plane": str(plane)})
+        assert abs(point.trace - expected) < 1e-9 * max(1, abs(expected)) + point.trace_error  # SciPy's tolerance
+
+
+REFUSED = {
+    "does not give a body": {"grid": {"I1": 1.0, "K": 1.0}},
+    "amplitude.* is no parameter of synchronous": {"grid": {"K": 1.0, "amplitude": 0.1}},
+    "amplitude.* is missing for libration": {"motion": "libration", "grid": {"K": 1.0}},
+    "may not have I1 = I2": {"motion": "spin_normal", "grid": {"k1": 0.1, "k3": 0.2, "spin": 1.0}},
+    "has no dynamics": {"motion": "libration", "planes": ["in_plane"], "grid": {"K": 1.0, "amplitude": 0.1}},
+    "does not determine": {"grid": {"asymmetry": 0.1}},
+    "out of range": {"grid": {"K": 1.0, "eccentricity": 0.99}},
+}
+
+
+@pytest.mark.parametrize("words", REFUSED)
+def test_definitions_that_mean_nothing_are_refused(words):
+    with pytest.raises(sweeps.DefinitionError, match=words):
+        read_sweep({"system": "orbit"} | REFUSED[words])
+
+
+def test_a_motion_beyond_its_fold_is_missing():
+    """Near the resonance of libration and orbit the small forced libration has ended: missing, and never a number."""
+    ds = survey("synchronous", asymmetry=0.4, eccentricity=[0.0, 0.2], planes=["in_plane"])
+    assert ds.branch.values.tolist() == [1, 0]
+    assert np.isnan(ds.trace[1])
