@@ -294,7 +294,7 @@ def test_open_map_looks_for_what_its_own_system_makes(tmp_path, tiny):
     tiny.assign_attrs(system="pendulums").to_netcdf(tmp_path / "other.nc")
     with pytest.raises(
         MapError,
-        match=r"other\.nc: system: 'pendulums' is not available; allowed: observed_periods, orbit, pumped_body",
+        match=r"other\.nc: system: 'pendulums' is not available; allowed: dissipative_body, observed_periods, orbit",
     ):
         sweeps.open_map(tmp_path / "other.nc")
     without = tiny.copy()
