@@ -391,8 +391,8 @@ class BaseMotions:
             sizes = jacobians.add_velocity_sizes(terms, sizes)
         self.scale, self.sizes = jacobians.rate_bounds(terms, sizes)
         if self.subspace is not None:  # no term determines the sizes of independent states relative to all others
-            others = np.delete(self.sizes, self.subspace, axis=1).max(axis=1)
-            self.sizes[:, self.subspace] *= (others / self.sizes[:, self.subspace].max(axis=1))[:, None]
+            largest = np.delete(self.sizes, self.subspace, axis=1).max(axis=1)
+            self.sizes[:, self.subspace] *= (largest / self.sizes[:, self.subspace].max(axis=1))[:, None]
         return (rates <= MAX_RATE_AT_REST * np.einsum("pij,pj->pi", terms, self.sizes)).all(axis=1)
 
     def _close(self, which):

@@ -55,7 +55,7 @@ def planar_motion(system: System, motion: str) -> PlanarMotion:
     """Add the parameters of a motion to a system, and return its reference motion."""
     from sympy import Integer, Rational, cos, sin, sqrt
 
-    time, one = system.time, Integer(1)
+    time, unity = system.time, Integer(1)
     if motion == "libration":  # sin δ = κ sin t: an exact planar motion on a circle
         modulus = system.parameter("modulus", default=0.1, meaning="sine of the amplitude")
         frequency = system.parameter("frequency", default=0.8, positive=True, meaning="of small librations, over n")
@@ -74,11 +74,11 @@ def planar_motion(system: System, motion: str) -> PlanarMotion:
     if motion == "spin_normal":
         spin = system.parameter("spin", default=1.0, meaning="spin over the mean motion")
         momentum = spin * (1 - eccentricity**2) ** Rational(3, 2)
-        return PlanarMotion(one, momentum, Integer(0), momentum / radius**2 - 1, one, Integer(0))
+        return PlanarMotion(unity, momentum, Integer(0), momentum / radius**2 - 1, unity, Integer(0))
     system.parameter("asymmetry", default=0.2, meaning="(I2 - I1)/I3")
     spin = system.parameter("p", default=1.0, step=0.5, meaning="rotations per orbit")
-    twice, forcing = 2 * (spin - 1) * time, -2 * eccentricity * spin * sin(time) * radius
-    return PlanarMotion(one, spin * radius**2, forcing, spin - 1, cos(twice), sin(twice))
+    double_angle, forcing = 2 * (spin - 1) * time, -2 * eccentricity * spin * sin(time) * radius
+    return PlanarMotion(unity, spin * radius**2, forcing, spin - 1, cos(double_angle), sin(double_angle))
 
 
 @cache
@@ -206,8 +206,8 @@ def survey(points, motion: str, tolerance: float, names: tuple[str, ...]) -> dic
     columns: dict[str, np.ndarray] = {}
     for kind in np.unique(plane):
         members = plane == kind
-        own = {name: np.asarray(values)[members] for name, values in points.items()}
-        measured = _survey_plane(own, motion, str(kind), tolerance)
+        plane_points = {name: np.asarray(values)[members] for name, values in points.items()}
+        measured = _survey_plane(plane_points, motion, str(kind), tolerance)
         orbits = measured["period"] / (2.0 * np.pi)  # periods are in radians of the true anomaly
         for name in [key for key in measured if key.startswith("growth_per_period")]:
             measured[name.replace("period", "orbit")] = measured[name] / orbits

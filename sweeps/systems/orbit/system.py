@@ -155,14 +155,16 @@ class OrbitDefinition(PeriodicDefinition):
             problems.append(
                 Problem(("grid",), ", ".join(given) or "(nothing)", "does not give a body", f"one of {ways}")
             )
-        own = MOTIONS[self.motion]
-        for name in sorted({name for names in MOTIONS.values() for name in names} - {*own}):
+        motion_names = MOTIONS[self.motion]
+        for name in sorted({name for names in MOTIONS.values() for name in names} - {*motion_names}):
             if name in grid.model_fields_set:
                 words = f"is no parameter of {self.motion}"
-                problems.append(Problem(("grid", name), display(getattr(self.grid, name)), words, ", ".join(own)))
+                problems.append(
+                    Problem(("grid", name), display(getattr(self.grid, name)), words, ", ".join(motion_names))
+                )
         problems += [
             Problem(("grid", name), "(nothing)", f"is missing for {self.motion}", "a value")
-            for name in own
+            for name in motion_names
             if getattr(self.grid, name) is None
         ]
         if self.motion == "spin_normal" and self.shape != ("K",):
@@ -206,8 +208,8 @@ class Orbit(Dynamics):
 
     def arguments(self, definition: OrbitDefinition) -> tuple[str, ...]:
         """Return the names of the parameters that the body and the motion have, and the plane."""
-        own = (*definition.shape, *MOTIONS[definition.motion], "semi_major_axis", "mu", "epsilon")
-        return (*(name for name in ARGUMENTS[:-1] if name in own), "plane")
+        motion_names = (*definition.shape, *MOTIONS[definition.motion], "semi_major_axis", "mu", "epsilon")
+        return (*(name for name in ARGUMENTS[:-1] if name in motion_names), "plane")
 
     def dimensions(self, definition: OrbitDefinition) -> dict[str, Range | np.ndarray]:
         """Return the parameters and the planes."""
