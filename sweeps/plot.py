@@ -40,7 +40,46 @@ def stability(ds: "xr.Dataset", axis: int | None = None, at: Mapping | None = No
     return draw(ds, "stability", {**at, "axis": axis} if has_axes else at, ax)
 
 
-_names = ["stability", "deviations"]
+def campbell(
+    ds: "xr.Dataset",
+    along: str,
+    at: Mapping | None = None,
+    ax: "Axes | None" = None,
+    orders: tuple[float, ...] = (1, 2),
+) -> "Axes":
+    """Draw a Campbell diagram: measured frequencies and damping ratios of the modes over a parameter.
+
+    Modes are followed through crossings (`sweeps.modes`). If the parameter is a rate of rotation, its multiples are
+    lines, and crossings are marked with their values, interpolated between the map's points.
+
+    Args:
+        ds: a map of modes or of eigenvalues.
+        along: the parameter.
+        at: dimension → value, for each further dimension of several values.
+        ax: Axes to draw in; None for a new figure.
+        orders: multiples of the parameter that are drawn.
+    """
+    from sweeps.views import mode_figures
+
+    return _draw_modes(lambda modes, axes: mode_figures.draw_campbell(modes, along, orders, axes), ds, along, at, ax)
+
+
+def root_locus(ds: "xr.Dataset", along: str, at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    """Draw the measured eigenvalues' paths in the complex plane as a parameter grows; arguments as of `campbell`."""
+    from sweeps.views import mode_figures
+
+    return _draw_modes(lambda modes, axes: mode_figures.draw_root_locus(modes, along, axes), ds, along, at, ax)
+
+
+def _draw_modes(drawing: Callable, whole_map, along: str, places: Mapping | None, axes: "Axes | None") -> "Axes":
+    """Draw the modes of a map along a parameter."""
+    from sweeps.maps.modes import find_modes
+
+    modes = find_modes(whole_map, along, _check_places(places), None)
+    return _draw_panel(lambda panel: drawing(modes, panel), "modes", axes)
+
+
+_names = ["stability", "campbell", "root_locus", "deviations"]
 
 
 def _named_figure(name: str, doc: str, picture: str = "") -> Callable[..., "Axes"]:

@@ -348,7 +348,5 @@ def _select(invariants, numbers):
 
 def _of_points(columns):
     """Return columns with one value a point for variables that all eigenvalues of the point share."""
-    prefixes = ("eigenvalue_", "multiplier_", "exponent_")
-    return {
-        name: values if name.startswith(prefixes) or values.ndim == 1 else values[:, 0] for name, values in columns.items()
-    }
+    names = [name for name in columns if name.startswith(("eigenvalue_", "multiplier_", "exponent_"))]
+    return {name: values if name in names or values.ndim == 1 else values[:, 0] for name, values in columns.items()}

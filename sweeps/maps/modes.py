@@ -75,9 +75,9 @@ def _modes(points: "xr.Dataset", sweep: "Sweep", dims: list[str], along: str | N
     modes = {}
     for kind, shapes in (("_theory", predicted), ("", measured)):
         source = "linear theory" if kind else "measured"
-        for part in ("real", "imag"):
-            words = f"mode shape, {part} part, {source}"
-            modes[f"mode_shape_{part}{kind}"] = variable(getattr(shapes.vectors, part), words, "component")
+        for axis_name in ("real", "imag"):
+            words = f"mode shape, {axis_name} part, {source}"
+            modes[f"mode_shape_{axis_name}{kind}"] = variable(getattr(shapes.vectors, axis_name), words, "component")
         modes[f"mode_shape_error{kind}"] = variable(shapes.errors, f"error of the mode shape, {source}")
         words = f"share of the kinetic energy in the component, {source}"
         modes[f"participation{kind}"] = variable(shapes.participation, words, "component")

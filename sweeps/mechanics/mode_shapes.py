@@ -113,9 +113,9 @@ def _fit_propagators(integrator, batch, quantities, sampling):
                     continue
                 transpose, singular = np.linalg.lstsq(before, after, rcond=None)[::3]
                 walk = flows.WALK_FACTOR * codes.UNIT * np.sqrt(steps[point]) * total / runs * largest
-                once, whole = np.sqrt(block[[flows.ONCE_SQUARES, flows.WHOLE_SQUARES], lane])
-                decay = min(15.0 * once / whole, flows.MAX_DECAY) if whole > 0.0 else 0.0
-                remainder = once * (flows.BASE_FACTOR + flows.DECAY_FACTOR * decay)
+                distance, change = np.sqrt(block[[flows.ONCE_SQUARES, flows.WHOLE_SQUARES], lane])
+                decay = min(15.0 * distance / change, flows.MAX_DECAY) if change > 0.0 else 0.0
+                remainder = distance * (flows.BASE_FACTOR + flows.DECAY_FACTOR * decay)
                 truncation = max(block[CHANGE, lane] - 4.0 * codes.UNIT * np.sqrt(steps[point]) * largest, 0.0) * count
                 scatter = flows.SCATTER_FACTOR * np.linalg.norm(after - before @ transpose)
                 spread = scatter + remainder + walk + truncation * np.sqrt(num_states * total)

@@ -465,10 +465,12 @@ def _errors_of_exchange(re, im, re_error, im_error, S):
         by_rounding = is_tied & is_equal & ~np.eye(re.shape[1], dtype=bool)
         rows = np.flatnonzero((im_error > ORDER_ERROR * S[:, None]).any(axis=1) | by_rounding.any(axis=(1, 2)))
         low, high = (k * S[rows, None, None] for k in TIE_RANGE)
-        x, y, u, v = (values[rows] for values in (re, im, re_error, im_error))
-        distance, uncertainty = np.abs(y[:, :, None] - y[:, None]), v[:, :, None] + v[:, None]
+        growth, frequency, growth_error, frequency_error = (values[rows] for values in (re, im, re_error, im_error))
+        distance = np.abs(frequency[:, :, None] - frequency[:, None])
+        uncertainty = frequency_error[:, :, None] + frequency_error[:, None]
         may_exchange = (distance + uncertainty > low) & (distance - uncertainty < high) | by_rounding[rows]
-        for error, value, own_error in ((re_error, x, u), (im_error, y, v)):
+        pairs = ((re_error, growth, growth_error), (im_error, frequency, frequency_error))
+        for error, value, own_error in pairs:
             reach = np.abs(value[:, :, None] - value[:, None]) + own_error[:, None]
             error[rows] = np.maximum(own_error, np.where(may_exchange, reach, 0.0).max(axis=2, initial=0.0))
     return re_error, im_error

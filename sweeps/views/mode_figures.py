@@ -1,0 +1,83 @@
+"""Campbell diagram and root locus: the measured eigenvalues of one equilibrium over one parameter, mode by mode."""
+
+from collections.abc import Iterable, Iterator
+from itertools import cycle
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from sweeps.figure import canvas, colors, wording
+from sweeps.schema.refusals import RefusedError
+
+SPEED_UNITS = ("rad s-1", "1 s-1", "s-1")  # units of a parameter with order lines: its multiples are frequencies
+HEADROOM = 1.12  # upper end of the frequencies, relative to the largest, which leaves room for the crossings' values
+CELL = (4.6, 3.4)  # inches, width and height of a panel
+
+
+def draw_campbell(modes: xr.Dataset, along: str, orders: Iterable[float], axes: Axes | None = None) -> Figure:
+    """Draw frequency and damping ratio of each mode over a parameter, and order lines with their crossings.
+
+    Args:
+        modes: of `sweeps.modes`, followed along the parameter.
+        along: the parameter.
+        orders: multiples of the parameter that are drawn as lines of frequency, if it is a rate of rotation.
+        axes: Axes to draw in; None for a new figure.
+    """
+    curves = [*_curves(modes, along)]
+    figure, (upper, lower) = canvas.make_panels(2, CELL, str(modes.attrs["title"]), "", axes)
+    label, speeds = wording.axis_label(modes, along), modes[along].values
+    for (values, rates), color in zip(curves, cycle(colors.SERIES_COLORS)):
+        upper.plot(values, rates.imag, color=color)
+        with np.errstate(all="ignore"):
+            lower.plot(values, -rates.real / np.abs(rates), color=color)
+    top = HEADROOM * upper.get_ylim()[1]
+    shown_orders = orders if modes[along].attrs.get("units") in SPEED_UNITS else ()
+    for order, (side, shift) in zip(shown_orders, cycle([("left", 5), ("right", -5)])):
+        upper.plot(speeds, order * np.abs(speeds), color=colors.QUIET, linestyle="--", linewidth=0.8)
+        for value, frequency in crossings(curves, order):
+            upper.plot(value, frequency, "o", color=colors.INK, markersize=4)
+            words = f"{order:g}×: {wording.format_number(value, 4)}"
+            place = {"textcoords": "offset points", "xytext": (shift, 5), "ha": side}
+            upper.annotate(words, (value, frequency), fontsize=8, **place)
+    upper.set(xlabel=label, ylabel=wording.with_unit("angular frequency", "rad s-1", "  ({})"), ylim=(0.0, top))
+    lower.axhline(0.0, color=colors.QUIET, linewidth=0.8)
+    lower.set(xlabel=label, ylabel="damping ratio  (negative: unstable)")
+    return figure
+
+
+def crossings(curves: list[tuple[np.ndarray, np.ndarray]], order: float) -> Iterator[tuple[float, float]]:
+    """Yield (value, frequency) at which a curve's frequency is `order` times the parameter, between two points."""
+    for values, rates in curves:
+        excess = rates.imag - order * np.abs(values)
+        for cell in np.flatnonzero((excess[:-1] * excess[1:] < 0.0) | ((excess[:-1] == 0.0) & (rates.imag[:-1] > 0.0))):
+            share = excess[cell] / (excess[cell] - excess[cell + 1])
+            yield tuple(line[cell] + share * (line[cell + 1] - line[cell]) for line in (values, rates.imag))
+
+
+def draw_root_locus(modes: xr.Dataset, along: str, axes: Axes | None = None) -> Figure:
+    """Draw the path of each eigenvalue in the complex plane as a parameter grows, from a dot; arguments as above."""
+    figure, (panel,) = canvas.make_panels(1, CELL, str(modes.attrs["title"]), "", axes)
+    values = modes[along].values
+    for (_values, rates), color in zip(_curves(modes, along), cycle(colors.SERIES_COLORS)):
+        panel.plot(rates.real, rates.imag, color=color, marker=".", markersize=2)
+        panel.plot(rates.real[:1], rates.imag[:1], "o", color=color, markersize=4)
+    panel.axvline(0.0, color=colors.QUIET, linewidth=0.8)
+    low, high = (wording.format_coordinate(modes, along, value) for value in values[[0, -1]])
+    panel.set_title(f"{low} (dot) to {high}", loc="left")
+    real, imag = (wording.with_unit(f"{axis_name} part", "s-1", "  ({})") for axis_name in ("real", "imaginary"))
+    panel.set(xlabel=real, ylabel=imag)
+    return figure
+
+
+def _curves(modes: xr.Dataset, along: str) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield (values, eigenvalues) of each mode of frequency ≥ 0, by its curve; of conjugate curves one."""
+    if lengths := [str(dim) for dim in modes["curve"].dims[:-2] if modes.sizes[dim] > 1]:
+        raise RefusedError(f"at: {', '.join(lengths)}: several values are left; allowed: one value of each")
+    rates = (modes["eigenvalue_real"] + 1j * modes["eigenvalue_imag"]).values.reshape(modes.sizes[along], -1)
+    curves = modes["curve"].values.reshape(rates.shape)
+    for number in range(1, rates.shape[1] + 1):
+        point, mode = np.nonzero((curves == number) & (rates.imag >= 0.0))
+        if point.size:
+            yield modes[along].values[point], rates[point, mode]
