@@ -148,6 +148,11 @@ def test_the_command_answers_for_one_link_and_for_all(tmp_path, capsys):
     assert "power_of_ten (100 %)" in message
     checked = json.loads(run_command(capsys, "check", tmp_path / "links.yaml", "--json"))
     assert list(checked["bodies"]) == ["sound"]
+    names = ["a" * 90 + str(number) for number in range(4)]  # longer together than a title may be
+    link = re.search('<link name="sound">.*</link>', LINKS)[0]
+    many = "".join(link.replace("sound", name) for name in names)
+    run_command(capsys, "body", written(tmp_path, "r.urdf", f"<robot>{many}</robot>"), "-o", tmp_path / "links.yaml")
+    assert list(json.loads(run_command(capsys, "check", tmp_path / "links.yaml", "--json"))["bodies"]) == names
 
 
 def test_the_handbooks_robot_gives_the_printed_lines(tmp_path, capsys):

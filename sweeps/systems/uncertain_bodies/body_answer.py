@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sweeps.process import machine
-from sweeps.schema.refusals import DefinitionError
+from sweeps.schema.refusals import DefinitionError, cut_text
 from sweeps.systems.bodies import body_files
 from sweeps.systems.bodies.body import FileBody, body_entry
 from sweeps.systems.rigid_body import orbit, rotation_mode, spin_outcomes
@@ -83,7 +83,7 @@ class BodyAnswer:
             allowed = "a file .yaml, and a physically possible body"
             raise DefinitionError(f"{path}: holds no definition of {self.name}; allowed: {allowed}")
         with replace_output(path) as temporary:
-            temporary.write_text(as_yaml({"title": self.name, "bodies": bodies}), encoding="utf-8")
+            temporary.write_text(as_yaml({"title": cut_text(self.name, 200), "bodies": bodies}), encoding="utf-8")
 
     def meets(self, required: str, probability: float | None = None) -> bool:
         """Return whether every spin is as required: stable, stable_without_loss (or stable) or unstable.
