@@ -139,12 +139,12 @@ def _value(element: Element | None, key: str) -> str | None:
 def _links(root: Element, path: Path) -> Iterator[Link]:
     """Yield the links of a URDF or SDF file; in SDF a mass left out is 1 kg, and a moment 1 kg m2."""
     models = list(root.iter("model")) if root.tag == "sdf" else [root]
-    one = "1" if root.tag == "sdf" else "0"
+    default_value = "1" if root.tag == "sdf" else "0"
     for model, link in [(parent, child) for parent in models for child in parent.findall("link")]:
         name = link.get("name", "") if len(models) == 1 else f"{model.get('name')}::{link.get('name')}"
         if (inertial := link.find("inertial")) is None:
             continue
-        defaults = [one if entry[1] == entry[2] else "0" for entry in ENTRIES]
+        defaults = [default_value if entry[1] == entry[2] else "0" for entry in ENTRIES]
         values = [_value(inertial.find("inertia"), entry) for entry in ENTRIES]
         entries = [_numbers(*pair, f"{name}: inertia")[0] for pair in zip(values, defaults, strict=True)]
         mass = inertial.findtext("mass") if root.tag == "sdf" else _value(inertial.find("mass"), "value")
@@ -153,7 +153,7 @@ def _links(root: Element, path: Path) -> Iterator[Link]:
             for element in (*link.findall("visual"), *link.findall("collision"))
             for shape in element.findall("geometry/*")
         ]
-        yield _link(name, _numbers(mass, one, f"{name}: mass")[0], _pose(inertial, name), entries, shapes)
+        yield _link(name, _numbers(mass, default_value, f"{name}: mass")[0], _pose(inertial, name), entries, shapes)
 
 
 def _shape_points(shape: Element, pose: Pose, name: str, path: Path) -> np.ndarray:
