@@ -29,7 +29,6 @@ from sweeps.reading import mesh, sandbox
 from sweeps.reading.files import FileBytes
 from sweeps.schema.refusals import DefinitionError, MapError, UnreadableError, display, message
 
-SUFFIXES = (".urdf", ".sdf", ".xml", ".mjcf", ".xacro")
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off")  # formats without a unit of length of their own
 MAX_ROBOT_BYTES = 2**24  # bytes of a robot file; large public ones have 1 MiB
 MAX_SHAPE_BYTES = 2**25  # bytes of a mesh that is read for its size
