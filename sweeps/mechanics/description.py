@@ -28,6 +28,7 @@ from typing import NamedTuple
 
 import sympy as sp
 
+from sweeps.mechanics.linear import add_matrices
 from sweeps.mechanics.switches import Rewriting, Switch, deciding_symbols
 from sweeps.schema.refusals import DescriptionError
 
@@ -245,6 +246,22 @@ class System:
     def velocity(self, symbol: sp.Symbol) -> sp.Symbol:
         """Return the symbol q̇ of a coordinate's symbol q, for a kinetic energy that is given directly."""
         return self.coordinates[symbol.name].velocity
+
+    def matrices(self, M, K, *, C=None, G=None, N=None, names=None) -> tuple[sp.Symbol, ...]:
+        """Add coordinates with M q″ + (C + G) q′ + (K + N) q = 0, at rest at 0, and return their symbols.
+
+        Each matrix is a list of lists, an array or a SymPy matrix of numbers and functions of parameters, or the path
+        of a CSV file; arrays of an NPZ file with these names are `system.matrices(**numpy.load(file))`.
+
+        Args:
+            M: masses, symmetric.
+            K: stiffness; need not be symmetric.
+            C: damping; need not be symmetric.
+            G: gyroscopic matrix, added to C.
+            N: circulatory matrix, added to K.
+            names: names of the coordinates, by default q1, q2, …
+        """
+        return add_matrices(self, M, (K, N), (C, G), names)
 
     def plane(self, first: sp.Symbol, second: sp.Symbol) -> None:
         """Set the coordinates of a plane in which modes whirl, forward from the first to the second: `sweeps.modes`."""

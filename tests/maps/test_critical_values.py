@@ -21,13 +21,7 @@ def linear_system(title, M, C, K, **parameters):
     """Return a system of two coordinates with M q″ + C q′ + K q = 0, from functions of its parameters."""
     system = System(title)
     symbols = {name: system.parameter(name, default=value) for name, value in parameters.items()}
-    q = [system.coordinate(name, bounds=(-1, 1)) for name in ("q1", "q2")]
-    M, C, K = (sp.Matrix(matrix(**symbols)) for matrix in (M, C, K))
-    velocities = sp.Matrix([system.velocity(x) for x in q])
-    system.kinetic_energy((velocities.T * M * velocities)[0] / 2)
-    for x, force in zip(q, -C * velocities - K * sp.Matrix(q), strict=True):
-        system.force(x, force)
-    system.equilibrium("rest", dict.fromkeys(q, 0))
+    system.matrices(*(matrix(**symbols) for matrix in (M, K)), C=C(**symbols))
     return system
 
 
