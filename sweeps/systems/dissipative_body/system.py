@@ -12,7 +12,7 @@ import numpy as np
 from kernels.estimator import statuses
 from kernels.free.triangle import triangle_margin
 from sweeps.schema.datasets import Dataset
-from sweeps.schema.parameters import grid_model, key, mapping
+from sweeps.schema.parameters import Range, grid_model, key, mapping, spread
 from sweeps.schema.values import Axis, integer, number
 from sweeps.schema.variables import Parameter, Quantity, Variable, table
 from sweeps.systems import described
@@ -23,7 +23,7 @@ from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, Spin
 from sweeps.systems.relative_equilibrium.system import FlowIntegration, RelativeEquilibrium
 from sweeps.systems.shared_variables import make_status, parse_rows, with_theory
-from sweeps.systems.system import Example, Point, Reference
+from sweeps.systems.system import Cost, Example, Point, Reference
 
 ARGUMENTS = (*MOMENTS, "loss", "from_angle", "phase", "to_angle", "omega0")
 _RATES: dict = {"over": ("principal_axis", "eigenvalue")}
@@ -111,7 +111,7 @@ class DissipativeBody(FreeBody):
     method_text = "direct integration of the angular momentum in the body until it has settled"
     references = "Bloch, Krishnaprasad, Marsden and Ratiu, Communications in Mathematical Physics 175 (1996) 1"
     caption = "measured rates about each axis and times to a flat spin of bodies that lose energy"
-    samples_per_second = 1_200_000
+    samples_per_second = 2_500_000
 
     def extra_dimensions(self, definition: DissipativeDefinition) -> dict[str, np.ndarray]:
         """Return the three axes and the two eigenvalues about each."""
@@ -135,6 +135,12 @@ class DissipativeBody(FreeBody):
         kinds = [statuses.NO_TIME_SCALE, statuses.SHORT_WINDOW, statuses.NOT_CONVERGED]
         columns["status"] = np.select(cases, kinds, statuses.OK).astype(np.int8)
         return {name: columns[name] for name in VARIABLES}
+
+    def cost(self, definition: DissipativeDefinition) -> Cost:
+        """Return the steps of a motion, about a hundred over its loss, as samples."""
+        losses = spread(definition.grid.loss)
+        losses = losses.values(np.arange(losses.num)) if isinstance(losses, Range) else losses
+        return Cost(int(np.minimum(100.0 / losses, MAX_STEPS).mean()))
 
     def examples(self, definition: DissipativeDefinition | None = None) -> tuple[Example, ...]:
         """Return the calls of relative equilibria and of motions, and the import of the generated code."""
@@ -177,6 +183,7 @@ class DissipativeBody(FreeBody):
         return replace(settling, more=(crossing,))
 
 
+MAX_STEPS = 5e6  # largest number of steps of a motion, that of the kernel
 MAX_ROTATIONS = 200.0  # initial rotations after which SciPy, which takes some seconds for them, stops
 CROSS = np.cross(np.eye(3)[:, None], np.eye(3)).transpose(2, 0, 1)  # Levi-Civita symbol: u @ CROSS @ v is u x v
 REFERENCE_ERROR = 1e-8  # relative error of a time by DOP853 at loss 1 near the separatrix, where rounding grows
