@@ -82,7 +82,7 @@ def _locate(state, r, s, q, end, h, event):
 
 @njit(**INNER)
 def _follow(x, y, z, r, s, q, end, step):
-    """Return NAMES of a motion from (x, y, z), and their rounding, by steps of ``step`` over the largest rate."""
+    """Return NAMES of a motion from (x, y, z), and its rounding, by steps of ``step`` over the largest rate."""
     above, left = energies(x, y, z, r, s, end)
     crossing, settling, z_crossing = math.nan if above > 0.0 else 0.0, math.nan if left > 0.0 else 0.0, z
     t, steps, slowest = 0.0, 0, 1.0
@@ -98,7 +98,7 @@ def _follow(x, y, z, r, s, q, end, step):
             settling = t + _locate(state, r, s, q, end, h, 1)[0]
         t += h
         steps += 1
-    rounding = 4.0 * EPSILON * (4.0 + math.sqrt(steps)) / slowest * (1.0 + 1.0 / q)
+    rounding = 4.0 * EPSILON * (4.0 + math.sqrt(steps)) / slowest
     return (crossing, settling, z_crossing if crossing >= 0.0 else math.nan), rounding if steps > 0 else 0.0
 
 
@@ -119,7 +119,9 @@ def fill_measured(motions, tolerance, out):
         coarse, _ = _follow(*start, r[i], s[i], q[i], end, step)
         fine, rounding = _follow(*start, r[i], s[i], q[i], end, follower.FINER * step)
         for k in range(3):
-            out[k, i], out[k + 3, i] = fine[k], 3.0 * abs(fine[k] - coarse[k]) + rounding
+            # a relative error of the state moves times by 1/q, and each of them by its rounding
+            moved = rounding * (1.0 + 1.0 / q[i] + abs(fine[k]))
+            out[k, i], out[k + 3, i] = fine[k], 3.0 * abs(fine[k] - coarse[k]) + moved
 
 
 def reduce_moments(moments):
