@@ -143,7 +143,7 @@ def _regime(a, b, c):
 
 @njit(**INLINE)
 def _growing_fraction(cb, cc, omega, cosine, sine):
-    """Return the growing mode's share of the start's quadratic form |cc| x² + |cb| y²; 0 if nothing grows."""
+    """Return the growing mode's fraction of the initial quadratic form |cc| x² + |cb| y²; 0 if nothing grows."""
     unstable = ((cb > 0.0) & (cc > 0.0)) | ((cb < 0.0) & (cc < 0.0))
     # x and y each times sqrt(|c_b c_c|): no division, so nothing to guard
     x, y = cosine * math.sqrt(abs(cc)), sine * math.sqrt(abs(cb))

@@ -1,4 +1,4 @@
-r"""Diagnosis of a tensor of inertia that no rigid body has, or that is unlikely for the body's mass and size.
+r"""Diagnosis of a tensor of inertia that no rigid body has, or that is improbable for the body's mass and size.
 
 The second moments about the centre of mass, :math:`S = \tfrac12\,\mathrm{tr}(T)\,1 - T`, have no negative eigenvalue.
 If the mass m and points that enclose the body are known, S is also bounded from above: coordinates between l and h with
