@@ -83,23 +83,28 @@ def _locate(state, r, s, q, end, h, event):
 @njit(**INNER)
 def _follow(x, y, z, r, s, q, end, step):
     """Return NAMES of a motion from (x, y, z), and its rounding, by steps of ``step`` over the largest rate."""
-    above, left = energies(x, y, z, r, s, end)
-    crossing, settling, z_crossing = math.nan if above > 0.0 else 0.0, math.nan if left > 0.0 else 0.0, z
+    over_separatrix, over_end = energies(x, y, z, r, s, end)
+    crossing_time, z_crossing = math.nan if over_separatrix > 0.0 else 0.0, z
+    settling_time = math.nan if over_end > 0.0 else 0.0
     t, steps, slowest = 0.0, 0, 1.0
-    while left > 0.0 and steps < MAX_STEPS and r > 0.0:
+    while over_end > 0.0 and steps < MAX_STEPS and r > 0.0:
         h = step / (math.sqrt(max(x * x + r * y * y, r)) + q)
         state = x, y, z
         x, y, z = step_12(*state, r, s, q, h)
-        above, left = energies(x, y, z, r, s, end)
-        if above <= 0.0 and math.isnan(crossing):
+        over_separatrix, over_end = energies(x, y, z, r, s, end)
+        if over_separatrix <= 0.0 and math.isnan(crossing_time):
             share, place = _locate(state, r, s, q, end, h, 0)
-            crossing, z_crossing, slowest = t + share, place[2], speed(*place, r, s)
-        if left <= 0.0:
-            settling = t + _locate(state, r, s, q, end, h, 1)[0]
+            crossing_time, z_crossing, slowest = t + share, place[2], speed(*place, r, s)
+        if over_end <= 0.0:
+            settling_time = t + _locate(state, r, s, q, end, h, 1)[0]
         t += h
         steps += 1
     rounding = 4.0 * EPSILON * (4.0 + math.sqrt(steps)) / slowest
-    return (crossing, settling, z_crossing if crossing >= 0.0 else math.nan), rounding if steps > 0 else 0.0
+    return (
+        crossing_time,
+        settling_time,
+        z_crossing if crossing_time >= 0.0 else math.nan,
+    ), rounding if steps > 0 else 0.0
 
 
 @njit(nogil=True, **OPTIONS)
@@ -120,8 +125,8 @@ def fill_measured(motions, tolerance, out):
         fine, rounding = _follow(*start, r[i], s[i], q[i], end, follower.FINER * step)
         for k in range(3):
             # a relative error of the state moves times by 1/q, and each of them by its rounding
-            moved = rounding * (1.0 + 1.0 / q[i] + abs(fine[k]))
-            out[k, i], out[k + 3, i] = fine[k], 3.0 * abs(fine[k] - coarse[k]) + moved
+            change = rounding * (1.0 + 1.0 / q[i] + abs(fine[k]))
+            out[k, i], out[k + 3, i] = fine[k], 3.0 * abs(fine[k] - coarse[k]) + change
 
 
 def reduce_moments(moments):

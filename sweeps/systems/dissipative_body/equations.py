@@ -12,7 +12,7 @@ import numpy as np
 from sweeps.mechanics import System
 from sweeps.mechanics.model import Model
 
-COLUMNS = tuple(f"eigenvalue_{part}{kind}" for part in ("real", "imag") for kind in ("", "_theory", "_error"))
+COLUMNS = tuple(f"eigenvalue_{component}{kind}" for component in ("real", "imag") for kind in ("", "_theory", "_error"))
 EPSILON = 1e-30  # relative size of the perturbations; motions are carried in units of it
 _LOADING = threading.Lock()
 
@@ -20,13 +20,13 @@ description = System("Free body that loses energy")
 ratio = description.parameter("ratio", default=0.5, least=0.0, most=1.0, meaning="(1/I2 - 1/I3)/(1/I1 - 1/I3)")
 loss = description.parameter("loss", default=0.1, positive=True, meaning="alpha |L|")
 direction = [description.state(f"l{axis}", bounds=(-2, 2), size=1, meaning=f"L{axis}/|L|") for axis in (1, 2, 3)]
-least, intermediate, greatest = direction
-energy, square = least**2 + ratio * intermediate**2, sum(component**2 for component in direction)
-description.rate(least, loss * (energy - square) * least - ratio * intermediate * greatest)
-description.rate(intermediate, loss * (energy - ratio * square) * intermediate + greatest * least)
-description.rate(greatest, loss * energy * greatest - (1 - ratio) * least * intermediate)
+minor, intermediate, greatest = direction
+energy, square = minor**2 + ratio * intermediate**2, sum(component**2 for component in direction)
+description.rate(minor, loss * (energy - square) * minor - ratio * intermediate * greatest)
+description.rate(intermediate, loss * (energy - ratio * square) * intermediate + greatest * minor)
+description.rate(greatest, loss * energy * greatest - (1 - ratio) * minor * intermediate)
 description.conserved(square, "momentum")
-for axis_name, spin in (("least", least), ("intermediate", intermediate), ("greatest", greatest)):
+for axis_name, spin in zip(("least", "intermediate", "greatest"), direction, strict=True):
     description.equilibrium(axis_name, {component: float(component is spin) for component in direction})
 MODEL = Model(description)
 

@@ -146,8 +146,8 @@ class DissipativeBody(FreeBody):
         """Return the calls of relative equilibria and of motions, and the import of the generated code."""
         from sweeps.systems.dissipative_body import equations
 
-        generated = (Example(str(equations.MODEL.code.path)),)
-        return self.compiled if definition is None else (*generated, *self.compiled)
+        code = Example(str(equations.MODEL.code.path))
+        return self.compiled if definition is None else (code, *self.compiled)
 
     def fingerprint(self) -> str:
         """Return a hash of the kernels, the generated code, its generator and the equations."""
@@ -204,8 +204,8 @@ def solve(point: Point, end: float, tolerance: float, **options):
         direction, scalar, vector = state[:3], state[3], state[4:]
         omega = share * direction
         rate = omega + loss * (direction @ CROSS @ omega)
-        turn = 0.5 * (scalar * rate + vector @ CROSS @ rate)
-        return np.concatenate([direction @ CROSS @ rate, [-0.5 * vector @ rate], turn])
+        vector_rate = 0.5 * (scalar * rate + vector @ CROSS @ rate)
+        return np.concatenate([direction @ CROSS @ rate, [-0.5 * vector @ rate], vector_rate])
 
     across = [math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi)]
     first = np.array([math.cos(theta), *across, 1.0, 0.0, 0.0, 0.0])
