@@ -214,7 +214,7 @@ def test_the_largest_contribution_is_the_part_whose_exact_knowledge_helps_most()
     (body,), (reference,) = body_files.find_bodies(exact), body_files.find_bodies(UNCERTAIN)
 
     def spread(each):
-        part = uncertain_parts.UncertainParts(each.pieces, 3, np.array(facts["direction"]))
+        part = uncertain_parts.UncertainParts(each.pieces, np.array(facts["direction"]))
         normals = designs.normals("sobol", sum(map(len, part.inputs.values())), 2**14, 2).reshape(2**14, -1)
         return part.relative_rate(normals).var()
 
@@ -225,7 +225,7 @@ def test_the_largest_contribution_is_the_part_whose_exact_knowledge_helps_most()
 def test_masses_never_become_negative_and_every_draw_is_a_body():
     wild = {"parts": [{"name": n, "box": [0.1, 0.2, 0.3], "mass": 1.0, "at": [k, 0, 0]} for k, n in enumerate("ab")]}
     (body,) = body_files.find_bodies({**wild, "tolerance": {"mass": "99 %", "place": 0.5}})
-    part = uncertain_parts.UncertainParts(body.pieces, 3, np.array([0.0, 0.0, 1.0]))
+    part = uncertain_parts.UncertainParts(body.pieces, np.array([0.0, 0.0, 1.0]))
     tensors = part.draw_tensors(designs.normals("sobol", 8, 2**14, 1).reshape(-1, 8))
     moments = np.linalg.eigvalsh(tensors)
     assert (2 * moments[:, 2] <= moments.sum(axis=1) * (1 + 1e-12)).all()
@@ -382,7 +382,9 @@ def test_parts_are_refused_with_key_and_reason(values, words):
     [
         ("a.yaml", "grid: {}", "parts: is missing; allowed: a list of parts (a definition of a sweep"),
         ("a.yaml", "parts: [", "is not YAML"),
-        ("a.csv", "name,shape,weight\nA,box,1", "'weight' is an unknown column"),
+        ("a.csv", "name,shape,weight\nA,box,1", "'weight' is an unknown or a repeated column"),
+        ("a.csv", "name,shape,mass,mass\nA,point,1,2", "'mass' is an unknown or a repeated column"),
+        ("a.csv", "name,shape,mass\nA,point,1,5", "row 1 has more values than columns; allowed: a decimal point"),
         ("a.csv", "", "parts: [] is empty"),
         ("a.csv", "name,shape,mass\nA,box,heavy", "'heavy'"),
         ("a.yaml", "parts: [&a {name: A, parts: *a}]", "whole value"),

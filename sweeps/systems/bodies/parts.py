@@ -68,9 +68,7 @@ Name = Annotated[str, line_of_text(100)]
 
 def _numbers(words: tuple[str, ...], unit: str, is_size: bool = False) -> BeforeValidator:
     """Return a validator of a number for each of the words, in a unit, > 0 if it is a size; one may be no list."""
-    allowed = (
-        f"{len(words)} numbers{' > 0' if is_size else ''} in {unit} ({', '.join(words)}), up to {MAX_COORDINATE:g}"
-    )
+    allowed = f"{len(words)} numbers{' > 0' if is_size else ''} in {unit}, up to 1e30 ({', '.join(words)})"
 
     def check(value: Any) -> tuple[float, ...]:
         values = value if isinstance(value, tuple | list) else (value,)
@@ -233,7 +231,7 @@ _STATES = "a mapping of states to mappings of parts to mappings of the keys that
 
 
 def _check_states(value: object) -> object:
-    states = value.values() if isinstance(value, Mapping) and value else [0]
+    states: Iterable[Any] = value.values() if isinstance(value, Mapping) and value else [0]
     if not all(isinstance(changes, Mapping | None) for changes in states) or not all(
         isinstance(keys, Mapping) for changes in states for keys in (changes or {}).values()
     ):
@@ -310,29 +308,31 @@ COLUMNS = "name shape size_1 size_2 size_3 mass density x y z turned_x turned_y 
 def table_parts(text: str) -> tuple[dict, ...]:
     """Return the parts of a CSV table with some of the columns `COLUMNS`; a heading may have a unit, "x (mm)"."""
     delimiter = next((sign for sign in ",;\t" if sign in text.partition("\n")[0]), ",")
-    first, *rows = [*csv.reader(text.splitlines(), delimiter=delimiter)] or [[]]
-    headings = [heading(each) for each in first]
-    for unknown in sorted({each[0] for each in headings} - set(COLUMNS.split())):
-        raise UnreadableError(("table",), display(unknown), "is an unknown column", COLUMNS)
-    parts = []
-    for row in rows:
-        cells = {name: (cell.strip(), unit) for (name, unit), cell in zip(headings, row, strict=False) if cell.strip()}
-        values = {name: _cell(*cells[name]) for name in cells if name not in ("name", "shape")}
-        part: dict[str, Any] = {name: values[name] for name in ("mass", "density") if name in values}
-        part |= {"name": cells.get("name", [""])[0], "at": tuple(values.get(axis, 0.0) for axis in "xyz")}
-        shape = cells.get("shape", ["shape"])[0]
-        part[shape] = shape == "point" or tuple(values[name] for name in values if name.startswith("size"))
-        for name in ("turned", "tolerance"):
-            if inner := {each.partition("_")[2]: values[each] for each in values if each.startswith(f"{name}_")}:
-                part[name] = inner
-        parts += [part] if cells else []
+    first, *rows = [row for row in csv.reader(text.splitlines(), delimiter=delimiter) if any(row)] or [[]]
+    headings, parts = [heading(title) for title in first if title.strip()], []
+    names = [name for name, unit in headings]
+    for name in names:
+        if name not in COLUMNS.split() or names.count(name) > 1:
+            raise UnreadableError(("table",), display(name), "is an unknown or a repeated column", COLUMNS)
+    for line, row in enumerate(rows, 1):
+        if any(row[len(headings) :]):
+            raise UnreadableError(("table",), f"row {line}", "has more values than columns", "a decimal point")
+        filled = [(*title, cell.strip()) for title, cell in zip(headings, row, strict=False) if cell.strip()]
+        values: dict[str, Any] = {name: _cell(name, unit, cell) for name, unit, cell in filled}
+        part: dict[str, Any] = {"name": "", "at": tuple(values.pop(axis, 0.0) for axis in "xyz")}
+        shape, sizes = str(values.pop("shape", "shape")), [f"size_{k}" for k in "123" if f"size_{k}" in values]
+        part[shape] = shape == "point" or tuple(values.pop(name) for name in sizes)
+        for name, value in values.items():
+            outer, _separator, inner = name.partition("_")
+            part[outer] = {**part.get(outer, {}), inner: value} if inner else value
+        parts.append(part)
     return tuple(parts)
 
 
-def _cell(text: str, unit: str) -> float | str:
-    """Return a number of a table with its unit as text, or alone if its heading has no unit."""
+def _cell(name: str, unit: str, text: str) -> float | str:
+    """Return the text of a column of names, or a number, with its unit as text if its heading has one."""
     try:
-        return f"{float(text)!r} {unit}" if unit else float(text)
+        return text if name in ("name", "shape") else f"{float(text)!r} {unit}" if unit else float(text)
     except ValueError:
         return text
 

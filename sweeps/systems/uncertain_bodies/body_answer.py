@@ -7,8 +7,6 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from sweeps.process import machine
 from sweeps.schema.refusals import DefinitionError, cut_text
 from sweeps.systems.bodies import body_files
@@ -188,7 +186,9 @@ def _answer_one(file_body: FileBody, source: object, options: Mapping[str, Any],
     entry = spin_outcomes.entry_of(nominal) | {"omega0": spin["omega0"], "axis": judged.axis}
     sample = _sample(nominal, file_body, spin, {**options, "axes": axes}, load)
     if file_body.pieces is not None:
-        judged, entry["uncertainty"] = _judge_parts(judged, file_body.pieces, options)
+        from sweeps.systems.uncertain_bodies import uncertain_parts
+
+        judged, entry["uncertainty"] = uncertain_parts.judge_parts(judged, file_body.pieces, options)
     if sample is not None:
         from sweeps.systems.uncertain_bodies import sampled_body
 
@@ -218,16 +218,6 @@ def _chosen_spin(file_body: FileBody, options: Mapping[str, Any]) -> tuple:
         omega = file_body.omega
     rate = options["omega0"] if omega is None or options["omega0"] is not None else math.hypot(*omega)
     return omega, dict(options) | {"omega0": rate}
-
-
-def _judge_parts(judged: verdict.SpinVerdict, pieces, options: Mapping[str, Any]) -> tuple:
-    """Return the verdict on a body of parts with its odds and margins, and the uncertainty of its tensor or None."""
-    from sweeps.systems.uncertain_bodies import uncertain_parts
-
-    parts = uncertain_parts.UncertainParts(pieces, judged.axis, np.array(judged.direction))
-    odds, covariance = uncertain_parts.find_odds(parts, options)
-    uncertainty = None if covariance is None else {"covariance": covariance.tolist()}
-    return replace(judged, odds=odds, part_margin=uncertain_parts.find_part_margins(parts)), uncertainty
 
 
 def _sample(nominal, file_body, spin: Mapping[str, float], options: Mapping[str, Any], load) -> "Answer | None":

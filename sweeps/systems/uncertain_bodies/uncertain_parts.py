@@ -10,7 +10,7 @@ Source: see `sweeps.systems.bodies.parts` and `sweeps.systems.uncertain_bodies.d
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate
 from typing import Any
 
@@ -22,7 +22,7 @@ from sweeps.schema.refusals import DefinitionError, message, validation_problems
 from sweeps.systems.bodies.parts import Pieces, sum_pieces
 from sweeps.systems.uncertain_bodies import designs
 from sweeps.systems.uncertain_bodies.possible import ENTRIES
-from sweeps.systems.uncertain_bodies.verdict import Odds, judge_draws, make_odds
+from sweeps.systems.uncertain_bodies.verdict import SpinVerdict, judge_draws, make_odds
 
 DRAWS = 2**17  # number of draws without --draws; a probability of 1e-3 is known to some 10 % of itself
 SENSITIVITY_DRAWS = 2**10  # draws in each half of the design for sensitivities, which know an index to a few per cent
@@ -46,11 +46,10 @@ class DrawSettings(Strict):
 
 @dataclass(frozen=True, eq=False)
 class UncertainParts:
-    """A body of parts, its judged axis, and the tolerances of its parts."""
+    """A body of parts with tolerances, and its judged axis."""
 
     pieces: Pieces
-    axis: int  #: judged axis, 1, 2 or 3
-    direction: np.ndarray  #: the judged axis, shape (3,)
+    direction: np.ndarray  #: unit vector of the judged axis, shape (3,)
 
     @property
     def inputs(self) -> dict[str, tuple[int, ...]]:
@@ -96,33 +95,37 @@ class UncertainParts:
 
 
 @np.errstate(all="ignore")  # draws of tolerances beyond all bodies overflow, and are judged as they are
-def find_odds(parts: UncertainParts, options: Mapping[str, Any]) -> tuple[Odds, np.ndarray] | tuple[None, None]:
-    """Return the odds of the spin and the covariance of the tensor's entries; (None, None) without tolerances.
+def judge_parts(judged: SpinVerdict, pieces: Pieces, options: Mapping[str, Any]) -> tuple[SpinVerdict, dict | None]:
+    """Return the verdict on a body of parts with its margins and odds, and the uncertainty of its tensor for sweeps.
+
+    Without tolerances, there are no odds, and the uncertainty is None.
 
     Args:
-        parts: the body.
+        judged: the verdict on the nominal body.
+        pieces: its rigid pieces.
         options: draws, seed and method, None each for the default.
     """
-    inputs = parts.inputs
-    if not inputs:
-        return None, None
     try:
-        sampling = DrawSettings.model_validate(
-            {name: options[name] for name in DrawSettings.model_fields if options[name] is not None}
+        settings = DrawSettings(
+            **{name: options[name] for name in DrawSettings.model_fields if options[name] is not None}
         )
     except ValidationError as error:
         raise DefinitionError(message("body", validation_problems(error, DrawSettings))) from None
-    draws, seed, method = sampling.draws, sampling.seed, sampling.method
-    groups, moments, entries = tuple(inputs.values()), [], []
+    parts = UncertainParts(pieces, np.array(judged.direction))
+    judged = replace(judged, part_margin=find_part_margins(parts))
+    if not parts.inputs:
+        return judged, None
+    groups, moments, entries = tuple(parts.inputs.values()), [], []
     rows, columns = np.transpose([*ENTRIES.values()])
+    draws, seed, method = settings.draws, settings.seed, settings.method
     for normals in designs.iterate_normals(method, sum(map(len, groups)), draws, seed):
         tensors = parts.draw_tensors(normals)
         moments.append(parts.find_moments(tensors))
         entries.append(tensors[:, rows, columns])
     indices = designs.sobol_indices(parts.relative_rate, groups, min(draws, SENSITIVITY_DRAWS), seed, method)
-    sensitivity = dict(zip(inputs, np.nan_to_num(indices["total"]).tolist(), strict=True))
-    odds = make_odds(np.array(moments), 1, parts.pieces.rounding, sensitivity)
-    return odds, np.cov(np.concatenate(entries), rowvar=False)
+    sensitivity = dict(zip(parts.inputs, np.nan_to_num(indices["total"]).tolist(), strict=True))
+    odds = make_odds(np.array(moments), 1, pieces.rounding, sensitivity)
+    return replace(judged, odds=odds), {"covariance": np.cov(np.concatenate(entries), rowvar=False).tolist()}
 
 
 # -- margins

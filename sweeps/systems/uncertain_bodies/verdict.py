@@ -157,10 +157,7 @@ def choose_axis(body: SpunBody, axis: int | None, omega: Sequence[float] | None)
 
 def judge_moments(moments: Sequence[float], axis: int) -> str:
     """Return the word for a spin about an axis from the signs of differences of moments."""
-    along, others = moments[axis - 1], np.delete(moments, axis - 1)
-    if (others == along).any():
-        return "marginal"
-    return WORDS_BY_RANK[int((others < along).sum())]
+    return WORDS_BY_RANK[judge_draws(np.array([moments]), axis, 0.0)[0]]
 
 
 def find_margin(moments: Sequence[float], axis: int) -> dict[str, Any] | None:
