@@ -183,9 +183,9 @@ class Part(Strict):
         if not isinstance(values, Mapping) or "mesh" not in values:
             return values
         mesh = values["mesh"] if isinstance(values["mesh"], Mapping) else {"file": values["mesh"]}
-        own = {name: values[name] for name in ("mass", "density") if name in values}
-        other = {name: value for name, value in values.items() if name not in (*own, "mesh")}
-        return other | {"body": {"mesh": {**mesh, **own}}}
+        amount = {name: values[name] for name in ("mass", "density") if name in values}
+        other_keys = {name: value for name, value in values.items() if name not in (*amount, "mesh")}
+        return other_keys | {"body": {"mesh": {**mesh, **amount}}}
 
     @model_validator(mode="after")
     def _check_mass(self) -> "Part":
@@ -209,15 +209,15 @@ class Part(Strict):
         """Yield its rigid pieces in the coordinates of the whole; `default` is the tolerance of parts without own."""
         rotation = np.eye(3) if self.turned is None else self.turned
         inner: Iterable[Piece] = [Piece(self.mass, np.zeros(3), np.zeros((3, 3)))]
-        own = default._replace(part=self.name)
+        nominal = default._replace(part=self.name)
         if isinstance(self.body, Assembly):
-            inner, own = self.body.pieces(default), SharedTolerance(self.name)
+            inner, nominal = self.body.pieces(default), SharedTolerance(self.name)
         elif self.body is not None:
             inner = [_piece_of(self.body, self.mass)]
         for shape, lengths in ((SHAPES[name], getattr(self, name)) for name in SHAPES if getattr(self, name)):
             mass = self.density * shape.volume(*lengths) if self.mass is None and shape.volume else self.mass
             inner = [Piece(mass, np.zeros(3), np.diag(shape.mean_squares(*lengths)))]
-        source = own.replace_by(self.tolerance)
+        source = nominal.replace_by(self.tolerance)
         for piece in inner:
             sources = [each._replace(part=f"{self.name}/{each.part}") for each in piece.sources]
             yield piece._replace(

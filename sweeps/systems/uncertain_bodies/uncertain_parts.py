@@ -111,19 +111,19 @@ def judge_parts(judged: SpinVerdict, pieces: Pieces, options: Mapping[str, Any])
         )
     except ValidationError as error:
         raise DefinitionError(message("body", validation_problems(error, DrawSettings))) from None
-    parts = UncertainParts(pieces, np.array(judged.direction))
-    judged = replace(judged, part_margin=find_part_margins(parts))
-    if not parts.inputs:
+    body = UncertainParts(pieces, np.array(judged.direction))
+    judged = replace(judged, part_margin=find_part_margins(body))
+    if not body.inputs:
         return judged, None
-    groups, moments, entries = tuple(parts.inputs.values()), [], []
+    groups, moments, entries = tuple(body.inputs.values()), [], []
     rows, columns = np.transpose([*ENTRIES.values()])
     draws, seed, method = settings.draws, settings.seed, settings.method
     for normals in designs.iterate_normals(method, sum(map(len, groups)), draws, seed):
-        tensors = parts.draw_tensors(normals)
-        moments.append(parts.find_moments(tensors))
+        tensors = body.draw_tensors(normals)
+        moments.append(body.find_moments(tensors))
         entries.append(tensors[:, rows, columns])
-    indices = designs.sobol_indices(parts.relative_rate, groups, min(draws, SENSITIVITY_DRAWS), seed, method)
-    sensitivity = dict(zip(parts.inputs, np.nan_to_num(indices["total"]).tolist(), strict=True))
+    indices = designs.sobol_indices(body.relative_rate, groups, min(draws, SENSITIVITY_DRAWS), seed, method)
+    sensitivity = dict(zip(body.inputs, np.nan_to_num(indices["total"]).tolist(), strict=True))
     odds = make_odds(np.array(moments), 1, pieces.rounding, sensitivity)
     return replace(judged, odds=odds), {"covariance": np.cov(np.concatenate(entries), rowvar=False).tolist()}
 
@@ -131,16 +131,16 @@ def judge_parts(judged: SpinVerdict, pieces: Pieces, options: Mapping[str, Any])
 # -- margins
 
 
-def find_part_margins(parts: UncertainParts) -> dict[str, dict[str, Any] | None]:
+def find_part_margins(body: UncertainParts) -> dict[str, dict[str, Any] | None]:
     """Return the smallest change of one part's mass, and of its place along x, y or z, that changes the verdict.
 
     Masses from none to ten times, and displacements up to ten times the body's size, √(tr T/M), are searched in steps
     of a few per cent; None if no change is found.
     """
-    pieces = parts.pieces
+    pieces = body.pieces
     margins: dict[str, list[dict[str, Any]]] = {"mass": [], "place": []}
     tensor = sum_pieces(*pieces[:3])[2]
-    size, word = math.sqrt(np.trace(tensor) / pieces.masses.sum()), parts.judge(tensor[None])[0]
+    size, word = math.sqrt(np.trace(tensor) / pieces.masses.sum()), body.judge(tensor[None])[0]
     for part, numbers in pieces.parts.items() if len(pieces.parts) > 1 else ():
         groups = np.array(numbers), np.delete(np.arange(len(pieces.masses)), numbers)
         joined = [np.array(each) for each in zip(*(_join_pieces(pieces, group) for group in groups), strict=True)]
@@ -152,7 +152,7 @@ def find_part_margins(parts: UncertainParts) -> dict[str, dict[str, Any] | None]
                 masses, places = (np.repeat(each[None], len(values), axis=0) for each in joined[:2])
                 masses[:, 0] *= 1.0 if step.any() else 1.0 + values
                 places[:, 0] += values[:, None] * step
-                return parts.judge(sum_pieces(masses, places, joined[2])[2]) != word
+                return body.judge(sum_pieces(masses, places, joined[2])[2]) != word
 
             if (change := _first_change(changes, has_changed)) is not None:
                 margins[name].append(entry | {"change": change})

@@ -166,8 +166,8 @@ def find_margin(moments: Sequence[float], axis: int) -> dict[str, Any] | None:
     Return None if no change of one moment that keeps a possible body does.
     """
     name, changes = f"I{axis}", []
-    for other in {1, 2, 3} - {axis}:
-        for changed, target in ((axis, other), (other, axis)):
+    for transverse in {1, 2, 3} - {axis}:
+        for changed, target in ((axis, transverse), (transverse, axis)):
             crossing = list(moments)
             crossing[changed - 1] = moments[target - 1]
             if not shapes.violation(crossing):
@@ -192,9 +192,9 @@ def judge_draws(moments: np.ndarray, axis: int, rounding: float) -> np.ndarray:
 
     Moments that differ by less than `rounding`, relative to the largest, count as equal.
     """
-    along, others = moments[:, axis - 1, None], np.delete(moments, axis - 1, axis=1)
-    is_equal = np.abs(others - along) <= rounding * moments.max(axis=1, keepdims=True)
-    return np.where(is_equal.any(axis=1), WORDS_BY_RANK.index("marginal"), (others < along).sum(axis=1))
+    along, transverse = moments[:, axis - 1, None], np.delete(moments, axis - 1, axis=1)
+    is_equal = np.abs(transverse - along) <= rounding * moments.max(axis=1, keepdims=True)
+    return np.where(is_equal.any(axis=1), WORDS_BY_RANK.index("marginal"), (transverse < along).sum(axis=1))
 
 
 def _length(metres: float) -> str:
