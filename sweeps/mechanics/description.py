@@ -33,6 +33,7 @@ from sweeps.mechanics.switches import Rewriting, Switch, deciding_symbols
 from sweeps.schema.refusals import DescriptionError
 
 RESERVED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase", "t", "title", "system", "grid")
+MAX_LINEAR_COORDINATES = 30  # coordinates of a linear system that has matrices alone
 MAX_COORDINATES, MAX_STATES, MAX_EQUILIBRIA, MAX_BRANCHES = 10, 12, 10_000, 99
 MAX_OPERATIONS = (
     5_000  # operations of one expression: with 2,000 deriving and compiling takes minutes, and grows with their square
@@ -154,6 +155,7 @@ class System:
         self.switches: list[Switch] = []  #: discontinuous functions of the time
         self.given_jumps: list[sp.Expr] = []
         self.given_plane: tuple[str, str] | None = None
+        self.linear_matrices: tuple[sp.Matrix, ...] | None = None  #: M, K + N, C + G of a system of many coordinates
         self.parameters: dict[str, DescribedParameter] = {}
         self.coordinates: dict[str, Coordinate] = {}
         self.particles: list[tuple[sp.Expr, tuple[sp.Expr, ...]]] = []
@@ -225,8 +227,8 @@ class System:
             meaning: description in maps.
         """
         self._check_name(name, unit)
-        if len(self.coordinates) >= MAX_COORDINATES:
-            raise DescriptionError(f"coordinate {name}: there are {MAX_COORDINATES} already; allowed: no more")
+        if len(self.coordinates) >= (MAX_COORDINATES if self.linear_matrices is None else MAX_LINEAR_COORDINATES):
+            raise DescriptionError(f"coordinate {name}: there are {len(self.coordinates)} already; allowed: no more")
         bounds = (-sp.pi, sp.pi) if bounds is None and periodic else bounds
         if bounds is None and momentum is None:
             raise DescriptionError(f"coordinate {name}: bounds are missing; allowed: two expressions in the parameters")

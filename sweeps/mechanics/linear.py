@@ -1,6 +1,7 @@
 r"""Linear systems given by matrices: :math:`M\ddot q + (C + G)\dot q + (K + N)q = 0`.
 
-The symmetric part of K makes a potential, so that undamped systems are natural; all else are forces.
+The symmetric part of K makes a potential, so that undamped systems are natural; all else are forces. Systems of more
+than MAX_TERMWISE coordinates stay matrices (`sweeps.mechanics.linear_model`).
 """
 
 from collections.abc import Sequence
@@ -11,6 +12,8 @@ import numpy as np
 import sympy as sp
 
 from sweeps.schema.refusals import DescriptionError
+
+MAX_TERMWISE = 10  # coordinates up to which the equations are generated term by term; more are measured as matrices
 
 
 def add_matrices(
@@ -33,15 +36,19 @@ def add_matrices(
         raise DescriptionError(f"names: there are {len(names)}; allowed: {mass.rows}, one for each row of M")
     stiffness = sum_matrices(zip("KN", stiffnesses, strict=True), mass.shape)
     damping = sum_matrices(zip("CG", dampings, strict=True), mass.shape)
+    if mass.rows > MAX_TERMWISE and not system.coordinates:
+        system.linear_matrices = mass, stiffness, damping
     places = sp.Matrix([system.coordinate(name, bounds=(-1, 1), size=1) for name in names])
     velocities = sp.Matrix([system.velocity(place) for place in places])
+    system.equilibrium("rest", dict.fromkeys(places, 0))
+    if system.linear_matrices:
+        return tuple(places)
     system.kinetic_energy((velocities.T * mass * velocities)[0] / 2)
     symmetric = (stiffness + stiffness.T) / 2
     system.potential((places.T * symmetric * places)[0] / 2)
     for place, force in zip(places, -damping * velocities - (stiffness - symmetric) * places, strict=True):
         if force != 0:
             system.force(place, force)
-    system.equilibrium("rest", dict.fromkeys(places, 0))
     return tuple(places)
 
 

@@ -27,7 +27,7 @@ from functools import partial
 import numpy as np
 
 from kernels.compile.blocks import W
-from kernels.flow import codes, matrices
+from kernels.flow import codes
 from sweeps.mechanics import relative
 
 MAX_ERROR = 0.1  # error of a shape of length 1, above which it is missing
@@ -57,8 +57,8 @@ def predict_shapes(model, theory: Mapping[str, np.ndarray]) -> ModeShapes:
     if model.equations.natural:
         sizes, velocity_sizes = np.split(theory["sizes"], 2, axis=1)
         accelerations = matrix[:, sizes.shape[1] :, : sizes.shape[1]] * (velocity_sizes / sizes)[:, :, None]
-        return _shapes(model, theory, -accelerations, scale * scale * error)
-    return _shapes(model, theory, matrix, scale * error)
+        return find_shapes(model, theory, -accelerations, scale * scale * error)
+    return find_shapes(model, theory, matrix, scale * error)
 
 
 def measure_shapes(model, points, theory: Mapping[str, np.ndarray], sampling, runs: int) -> ModeShapes:
@@ -79,7 +79,7 @@ def measure_shapes(model, points, theory: Mapping[str, np.ndarray], sampling, ru
     propagators = raw[:, MATRIX:].reshape(-1, model.n, model.n)
     if model.equations.natural:
         propagators = -propagators[:, : model.equations.m, : model.equations.m]  # in ascending order of Ω²
-    return _shapes(model, theory, propagators, raw[:, SPREAD], np.log)
+    return find_shapes(model, theory, propagators, raw[:, SPREAD], np.log)
 
 
 def _fit_propagators(integrator, batch, quantities, sampling):
@@ -149,17 +149,14 @@ def complete_states(model, theory: Mapping[str, np.ndarray], shapes: ModeShapes)
 
 
 @np.errstate(all="ignore")
-def _shapes(model, theory, matrix, error, logarithm=np.asarray):
+def find_shapes(model, theory, matrix, error, logarithm=np.asarray):
     """Return the shapes of matrices with errors; `logarithm` returns numbers in the order of the rates."""
     natural = model.equations.natural
-    values, vectors = np.full(matrix.shape[:2], np.nan, dtype=complex), np.full(matrix.shape, np.nan, dtype=complex)
-    rows = np.flatnonzero(np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(error))
-    values[rows], vectors[rows] = np.linalg.eig(matrix[rows])
+    values, vectors, condition = relative.eigenvectors(matrix)
     rates = logarithm(values)
     order = np.argsort(values.real, axis=1) if natural else relative.order_eigenvalues(rates, theory["scale"])[1]
     values, vectors = np.take_along_axis(values, order, axis=1), np.take_along_axis(vectors, order[:, None], axis=2)
-    inverse = matrices.apply_by_matrix(np.linalg.pinv, np.where(np.isfinite(vectors), vectors, 0.0))
-    condition = np.linalg.norm(inverse, axis=2)  # eigenvectors have length 1
+    condition = np.take_along_axis(condition, order, axis=1)
     gaps = np.abs(values[:, :, None] - values[:, None])
     gaps[:, range(len(gaps[0])), range(len(gaps[0]))] = np.inf
     errors = error[:, None] * (condition[:, None] / gaps).sum(axis=2)

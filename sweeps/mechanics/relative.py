@@ -30,6 +30,7 @@ INVARIANTS = ("sum_of_squares", "product_of_squares", "discriminant")  # S, D, S
 INVARIANT_CHANGES = ((4.0, 2), (4.0, 4), (48.0, 4))  # change of each by a unit change of a matrix of norm S; power of S
 MAX_SLOW_RATE = 1 / 64  # relative to the scale; only eigenvalues below it are sensitive to the place's rounding
 MIN_DEFECTIVE_CONDITION = 1e4  # condition number of an eigenvalue from which the joint one is computed as well
+MAX_ADJUGATE_STATES = 24  # states up to which condition numbers come from adjugates, without eigenvectors
 QUANTITY_ROUNDING = 1e-12  # relative to their terms, error of slopes and curvatures of conserved quantities
 
 
@@ -349,12 +350,12 @@ def survey(
     measurement = measure_points(
         model, motions, linear, cycles, samples_per_cycle, tolerance, runs or usual_runs(model)
     )
-    columns = _columns(model, linear, measurement)
+    columns = make_columns(model, linear, measurement)
     index = row * model.n + np.asarray(points["eigenvalue"]).astype(np.int64) - 1
     return {name: values.reshape(-1)[index if values.ndim == 2 else row] for name, values in columns.items()}
 
 
-def _columns(model, theory, results):
+def make_columns(model, theory, results):
     """Return columns of motions; those of eigenvalues have shape (motions, n)."""
     from kernels.flow import flows as kernel
 
@@ -427,8 +428,23 @@ def _level_set_basis(gradients, n):
     return basis
 
 
+def eigenvectors(matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return eigenvalues, (points, n), unit eigenvectors in columns and condition numbers; NaN if not finite."""
+    values, vectors = np.full(matrix.shape[:2], np.nan, dtype=complex), np.full(matrix.shape, np.nan, dtype=complex)
+    rows = np.flatnonzero(np.isfinite(matrix).all(axis=(1, 2)))
+    values[rows], vectors[rows] = np.linalg.eig(matrix[rows])
+    inverse = matrices.apply_by_matrix(np.linalg.pinv, np.where(np.isfinite(vectors), vectors, 0.0))
+    return values, vectors, np.linalg.norm(inverse, axis=2)
+
+
 def _eigen_columns(matrix, S):
     """Return ordered eigenvalues, their condition numbers, and the joint condition number of the eigenvectors."""
+    if matrix.shape[1] > MAX_ADJUGATE_STATES:
+        values, _vectors, condition = eigenvectors(matrix)
+        ordered, order = order_eigenvalues(values, S)
+        condition = np.take_along_axis(condition, order, axis=1)
+        joint = np.sqrt(matrix.shape[1]) * np.linalg.norm(condition, axis=1)
+        return {"eigenvalues": ordered, "condition": condition, "joint_condition": joint}
     values, _ = order_eigenvalues(matrices.eigenvalues(matrix), S)
     condition = jacobians.condition_numbers(matrix, values, S)
     joint, rows = (np.full(len(S), np.inf), np.flatnonzero(~(condition.max(1, initial=0.0) < MIN_DEFECTIVE_CONDITION)))

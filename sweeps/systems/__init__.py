@@ -30,7 +30,10 @@ KEYS += ("twist", "uncertainty")
 _FOLDER = Path(__file__).parent
 _SYSTEM_FILES = [p for p in sorted(_FOLDER.glob("*/system.py")) if "\nSYSTEM = " in p.read_text(encoding="utf-8")]
 MODULES = {path.parent.name: f"sweeps.systems.{path.parent.name}.system" for path in _SYSTEM_FILES}
-DESCRIBED = tuple(f"sweeps.systems.{kind}.system" for kind in ("periodic", "relative_equilibrium", "oscillator"))
+DESCRIBED = tuple(
+    f"sweeps.systems.{kind}"
+    for kind in ("relative_equilibrium.linear", "periodic.system", "relative_equilibrium.system", "oscillator.system")
+)
 DESCRIPTIONS = Path(__file__).parents[1] / "mechanics" / "library"
 
 

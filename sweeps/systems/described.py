@@ -287,17 +287,19 @@ class Described(Dynamics):
         return of_library, (type(self), self.name)
 
 
-def hash_sources(kernels: Iterable[str], code: "Code", source: bytes) -> str:
+def hash_sources(kernels: Iterable[str], code: "Code | None", source: bytes) -> str:
     """Return a hash of kernels, generated code, its generator and a description.
 
     Args:
         kernels: names of modules of `kernels`.
-        code: generated code.
+        code: generated code; None if there is none.
         source: text of the description.
     """
     from kernels.compile.fingerprint import fingerprint
 
-    digest = hashlib.sha256(fingerprint(*kernels, "compile.llvm_formulas").encode() + code.digest.encode() + source)
+    digest = hashlib.sha256(
+        fingerprint(*kernels, "compile.llvm_formulas").encode() + (code.digest if code else "").encode() + source
+    )
     for path in sorted(MECHANICS.glob("*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()

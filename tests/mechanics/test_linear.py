@@ -61,9 +61,59 @@ def test_symmetric_matrices_of_files_make_a_natural_system(way, tmp_path):
         ({"M": M, "K": "text"}, "K: text not found"),
         ({"M": [[1.0], [1.0, 2.0]], "K": K}, "M: .*allowed: a square list of lists"),
         ({"M": sp.Matrix([[sp.Symbol("u")]]), "K": [[1]]}, "unbound symbol u"),
-        ({"M": np.eye(11), "K": np.eye(11)}, "there are 10 already"),
+        ({"M": np.eye(31), "K": np.eye(31)}, "there are 30 already"),
     ],
 )
 def test_matrices_that_make_no_system_are_refused(matrices, message):
     with pytest.raises(DescriptionError, match=message):
         System("Refused").matrices(**matrices)
+
+
+FILE = """
+from pathlib import Path
+
+import numpy as np
+import sympy as sp
+from sweeps.mechanics import System
+
+system = System("Shaft of thirty coordinates")
+W = system.parameter("speed", "rad s-1", default=1.0)
+shaft = np.load(Path(__file__).parent / "shaft.npz")
+system.matrices(shaft["M"], shaft["K"], C=shaft["C"], G=W * sp.Matrix(shaft["G"]), N=W * sp.Matrix(shaft["N"]))
+"""
+
+
+def test_a_file_with_many_coordinates_is_measured_as_a_matrix(tmp_path, monkeypatch):
+    """Gyroscopic forces and damping that turns with the shaft: at rest all modes are double."""
+    count = 30
+    monkeypatch.chdir(tmp_path)
+    assert len(FILE.strip().splitlines()) <= 15
+    rng = np.random.default_rng(3)
+    turn = np.kron(np.eye(count // 2), [[0.0, 1.0], [-1.0, 0.0]])
+    stiffness = np.kron(np.diag(np.linspace(1.0, 4.0, count // 2)), np.eye(2))
+    mass = np.kron(np.diag(rng.uniform(1.0, 1.2, count // 2)), np.eye(2))
+    damping = 0.01 * mass + 0.02 * stiffness
+    np.savez("shaft.npz", M=mass, K=stiffness, C=damping, G=0.1 * turn, N=0.02 * stiffness @ turn)
+    (tmp_path / "shaft.py").write_text(FILE)
+    (tmp_path / "shaft.yaml").write_text("system: shaft.py\ngrid:\n  speed: {start: 0, stop: 4, num: 5}\n")
+    ds = sweeps.survey("shaft.yaml").squeeze()
+    assert (ds.status == 0).all()
+    for speed in ds.speed.values:
+        blocks = stiffness + speed * 0.02 * stiffness @ turn, damping + speed * 0.1 * turn
+        matrix = np.block([[np.zeros_like(mass), np.eye(count)], [-np.linalg.solve(mass, block) for block in blocks]])
+        right, at = np.linalg.eigvals(matrix), ds.sel(speed=speed)
+        for suffix, error in (("", np.hypot(at.eigenvalue_real_error, at.eigenvalue_imag_error)), ("_theory", 1e-12)):
+            values = at[f"eigenvalue_real{suffix}"].values + 1j * at[f"eigenvalue_imag{suffix}"].values
+            distances = np.abs(values[:, None] - right)
+            assert (distances.min(axis=1) <= np.asarray(error) + 1e-13).all()  # LAPACK's own error
+            assert distances.min(axis=0).max() < 1e-9 * np.abs(right).max()  # none is missing
+        is_stable = bool((right.real < 0.0).all())
+        assert (at.regime == (0 if is_stable else 3)).all()
+        assert (at.regime_theory == at.regime).all()
+    modes = sweeps.modes(sweeps.survey("shaft.yaml"), definition="shaft.yaml").squeeze()
+    assert modes.mode_shape_real.sel(speed=0.0).isnull().all()
+    modes = modes.isel(speed=slice(1, None))
+    shapes, predicted = (modes[f"mode_shape_real{s}"] + 1j * modes[f"mode_shape_imag{s}"] for s in ("", "_theory"))
+    deviation = shapes - predicted
+    size = np.sqrt(np.einsum("sic,cd,sid->si", deviation.conj(), mass, deviation).real)
+    assert (size <= modes.mode_shape_error.values + modes.mode_shape_error_theory.values).all()

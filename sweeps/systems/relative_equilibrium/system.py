@@ -74,7 +74,7 @@ _UNITS = "; motions are carried in units of it, so that none is too small"
 PERTURBATION_PARAMETERS = (make_epsilon(1e-30, "the size of the system", "relative to the size of the system", _UNITS),)
 
 _EIGENVALUE = Variable("eigenvalue", "1", "eigenvalue, by ascending imaginary, then real part", "i1")
-LAYOUT = make_layout(PERTURBATION_PARAMETERS, _EIGENVALUE, 12, VARIABLES | INVARIANTS, VARIABLES)
+LAYOUT = make_layout(PERTURBATION_PARAMETERS, _EIGENVALUE, 60, VARIABLES | INVARIANTS, VARIABLES)
 COORDINATES = LAYOUT.coordinates  # the coordinates without the parameters
 
 
