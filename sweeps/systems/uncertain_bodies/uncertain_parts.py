@@ -86,8 +86,10 @@ class UncertainParts:
 
     def relative_rate(self, normals: np.ndarray) -> np.ndarray:
         """Return Ω² over ω₀² about the judged axis of each draw: negative where unstable."""
-        along, second, third = self.find_moments(self.draw_tensors(normals)).T
-        return (along - second) * (along - third) / (second * third)
+        moments = self.find_moments(self.draw_tensors(normals))
+        differences = moments[:, :1] - moments[:, 1:]
+        differences[np.abs(differences) <= self.pieces.rounding * moments.max(axis=1, keepdims=True)] = 0.0
+        return differences.prod(axis=1) / moments[:, 1:].prod(axis=1)
 
     def judge(self, tensors: np.ndarray) -> np.ndarray:
         """Return the number among `WORDS_BY_RANK` of each tensor."""

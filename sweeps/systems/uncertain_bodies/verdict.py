@@ -31,7 +31,7 @@ WORDS = {
     "stable": "stable, also with dissipation",
     "stable_without_loss": "stable without dissipation only (any loss of energy ends in a flat spin)",
     "unstable": "unstable",
-    "marginal": "marginal (it equals another moment)",
+    "marginal": "marginal (its moment equals another one)",
     "uncertain": "uncertain",
 }
 #: words for a spin about the axis that has 0, 1 or 2 smaller moments, and for one whose moment equals another
@@ -60,8 +60,9 @@ class Odds:
 
     @property
     def largest_contribution(self) -> str | None:
-        """The input with the largest index; None if there is none."""
-        return max(self.sensitivity, key=self.sensitivity.__getitem__, default=None)
+        """The input with the largest index; None if all are 0."""
+        shares = {name: share for name, share in self.sensitivity.items() if share > 0}
+        return max(shares, key=shares.__getitem__, default=None)
 
 
 @dataclass(frozen=True)
