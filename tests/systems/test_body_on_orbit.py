@@ -6,11 +6,14 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 import sweeps
 from kernels.flow.codes import REGIMES
+from sweeps import systems
 from sweeps.points.loading import read_sweep
-from sweeps.systems.orbit import equations
+from sweeps.systems.orbit import equations, motion
 from sweeps.systems.orbit.scipy_trace import trace_by_scipy
 
 DIMORPHOS = {"a_over_b": 1.3, "b_over_c": 16 / 13}
@@ -253,3 +256,67 @@ def test_a_motion_beyond_its_fold_is_missing():
     ds = survey("synchronous", asymmetry=0.4, eccentricity=[0.0, 0.2], planes=["in_plane"])
     assert ds.branch.values.tolist() == [1, 0]
     assert np.isnan(ds.trace[1])
+
+
+def rates_in_quaternions(anomaly, state, moments, eccentricity):
+    """Return the derivatives of a quaternion (body to space) and body rates by the true anomaly, from Euler's law."""
+    q, w = state[:4], state[4:]
+    radius = 1.0 + eccentricity * math.cos(anomaly)
+    u = Rotation.from_quat(np.roll(q, -1)).inv().apply([math.cos(anomaly), math.sin(anomaly), 0.0])
+    torque = np.cross(moments * w, w) + 3.0 * radius**3 * np.cross(u, moments * u)
+    vector = 0.5 * (q[0] * w + np.cross(q[1:], w))
+    return np.concatenate([[-0.5 * q[1:] @ w], vector, torque / moments]) / radius**2
+
+
+@pytest.mark.parametrize(("eccentricity", "orbits"), [(0.0, 5), (0.3, 5), (0.8, 2)])
+def test_motions_are_those_of_quaternions_and_body_rates(eccentricity, orbits):
+    """Against SciPy's DOP853, to ten times its tolerance times the angle, beside the reported error."""
+    parameters = {"eccentricity": eccentricity, "asymmetry": 0.05, "I1_over_I3": 0.85}
+    anomalies = np.linspace(0.0, 2.0 * np.pi * orbits, 40 * orbits + 1)
+    states, error = motion.follow(parameters, np.array([0.1, 0.05, -0.03, 0.02, 0.01, 0.02]), anomalies, 1e-13)
+    rates, attitude = motion.rates_and_attitude(states, anomalies, parameters)
+    unit = (1.0 - eccentricity**2) ** 1.5
+    start, arguments = [*attitude[0], *unit * rates[0]], (np.array([0.85, 0.9, 1.0]), eccentricity)
+    run = solve_ivp(
+        rates_in_quaternions, (0.0, anomalies[-1]), start, "DOP853", anomalies, rtol=1e-13, atol=1e-14, args=arguments
+    )
+    difference = Rotation.from_quat(np.roll(run.y[:4].T, -1, axis=1)).inv() * Rotation.from_quat(
+        np.roll(attitude, -1, axis=1)
+    )
+    assert difference.magnitude().max() < 4.0 * error.max() + 1e-10
+    np.testing.assert_allclose(unit * rates, run.y[4:].T, atol=4.0 * error.max() + 1e-10)
+
+
+def test_jacobis_constant_is_kept_on_a_circle():
+    """ω·Iω/2 - n·Iω + 3 u·Iu/2 in orbits of rate 1, n the normal: some roundings over 50 orbits of a librating body."""
+    parameters, moments = {"eccentricity": 0.0, "asymmetry": 0.05, "I1_over_I3": 0.85}, np.array([0.85, 0.9, 1.0])
+    anomalies = np.linspace(0.0, 100.0 * np.pi, 101)
+    states, _ = motion.follow(parameters, np.array([0.1, 0.05, -0.03, 0.02, 0.01, 0.02]), anomalies, 1e-13)
+    rates, attitude = motion.rates_and_attitude(states, anomalies, parameters)
+    turned = Rotation.from_quat(np.roll(attitude, -1, axis=1)).inv()
+    u = turned.apply(np.column_stack([np.cos(anomalies), np.sin(anomalies), 0.0 * anomalies]))
+    n = turned.apply([0.0, 0.0, 1.0])
+    constant = ((rates**2 / 2 - n * rates + 1.5 * u**2) * moments).sum(axis=1)
+    assert np.ptp(constant) < 1e-13
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 0.4, 0.95])
+def test_true_anomalies_solve_keplers_equation(eccentricity):
+    mean = np.linspace(-7.0, 20.0, 301)
+    anomaly = motion.true_anomaly(mean, eccentricity)
+    half = np.arctan(math.sqrt((1 - eccentricity) / (1 + eccentricity)) * np.tan(anomaly / 2))
+    back = 2 * half - eccentricity * np.sin(2 * half)
+    turns = (mean - back) / (2 * np.pi)
+    np.testing.assert_allclose(turns, np.round(turns), atol=1e-13)  # rounding, which 1/(1 - e) magnifies
+    assert (np.diff(anomaly) > 0).all()
+
+
+def test_a_point_of_a_map_has_a_motion():
+    """Dimorphos librates by 20 degrees, and a tilt of 0.01 rad grows by 0.6 e-folds an orbit, far out of the plane."""
+    ds = sweeps.survey({"system": "orbit", "motion": "libration", "grid": {**DIMORPHOS, "amplitude": 0.35}})
+    point = {name: ds[name].values[0] for name in ds.dims if name != "multiplier"}
+    moved = systems.of_map(ds).motion(point, None, None, 1e-12)
+    normal = Rotation.from_quat(np.column_stack([moved[f"q{k}"] for k in (1, 2, 3, 0)])).apply([0, 0, 1])
+    tilt = np.arccos(normal[:, 2])
+    assert tilt[moved.time.values < 2 * np.pi].max() < 0.2 < tilt.max()
+    assert moved.angle_error.max() < 1e-6

@@ -204,10 +204,11 @@ def survey(points, motion: str, tolerance: float, names: tuple[str, ...]) -> dic
     mean_motion = np.sqrt(points["mu"] / points["semi_major_axis"]) / points["semi_major_axis"]
     count = 4 if (plane == "out_of_plane").any() else 2
     columns: dict[str, np.ndarray] = {}
+    motions: dict[tuple, periodic.BaseMotions] = {}
     for kind in np.unique(plane):
         members = plane == kind
         plane_points = {name: np.asarray(values)[members] for name, values in points.items()}
-        measured = _survey_plane(plane_points, motion, str(kind), tolerance)
+        measured = _survey_plane(plane_points, motion, str(kind), tolerance, motions)
         orbits = measured["period"] / (2.0 * np.pi)  # periods are in radians of the true anomaly
         for name in [key for key in measured if key.startswith("growth_per_period")]:
             measured[name.replace("period", "orbit")] = measured[name] / orbits
@@ -225,17 +226,23 @@ def survey(points, motion: str, tolerance: float, names: tuple[str, ...]) -> dic
     return {name: columns.get(name, np.full(plane.size, np.nan)) for name in names}
 
 
-def _survey_plane(points, motion, plane, tolerance):
-    """Return the columns of points of one plane, with periods in radians of the true anomaly."""
+def _survey_plane(points, motion, plane, tolerance, motions):
+    """Return the columns of points of one plane, with periods in radians of the true anomaly.
+
+    Planar motions are stored in `motions`, by the arguments, as the second plane has the same.
+    """
     arguments, kind, planar = arguments_of(points, motion), KINDS[motion], None
     slot = np.zeros(arguments["p"].size, dtype=int)
     arguments["equilibrium"] = slot
     if kind == "resonance":
-        planar = planar_motions(arguments)
+        key = tuple(values.tobytes() for values in arguments.values())
+        planar = motions[key] = motions.get(key) or planar_motions(arguments)
         starts = _start_columns(arguments, motion, planar)
         if plane == "in_plane":
             return periodic.survey(planar.model, arguments, tolerance, planar) | starts
         anomaly = 2.0 * np.pi * np.arange(planar.nodes.shape[1]) / planar.num_nodes[:, None]
+        planar = planar.select(slice(None))
+        planar.nodes = planar.nodes.copy()
         planar.nodes[:, :, 1] *= (1.0 + arguments["eccentricity"][:, None] * np.cos(anomaly)) ** 2  # y = m x'
     else:
         starts = _start_columns(arguments, motion)

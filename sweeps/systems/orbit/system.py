@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Field, model_validator
 
+from sweeps.schema.datasets import Dataset
 from sweeps.schema.parameters import Range, grid_model, mapping, spread
 from sweeps.schema.refusals import Problem, display, refusals
 from sweeps.schema.values import Positive, choice, list_of_different, number
@@ -29,7 +30,7 @@ from sweeps.systems.periodic.system import (
     trace_reference,
 )
 from sweeps.systems.shared_variables import make_epsilon, parse_rows, with_theory
-from sweeps.systems.system import Dynamics, Example, Points, Reference
+from sweeps.systems.system import Dynamics, Example, Point, Points, Reference
 
 if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
@@ -273,6 +274,12 @@ class Orbit(Dynamics):
     def is_still(self) -> bool:
         """True if the reference motion is an exact solution, so that it is not integrated."""
         return self.motion_name in ("libration", "spin_normal")
+
+    def motion(self, point: Point, duration: float | None, samples: int | None, tolerance: float) -> Dataset:
+        """Return the motion by the full equations after a small tilt; see `Dynamics.motion`."""
+        from sweeps.systems.orbit.motion import motion_of
+
+        return motion_of(point, duration, samples, tolerance)
 
     def reference(self) -> Reference:
         """Return the trace of the monodromy matrix, found again by SciPy."""
