@@ -18,7 +18,7 @@ from sweeps.mechanics.graph import compile_expression
 from sweeps.mechanics.model import Model
 
 TAYLOR_ORDER, NUM_STEPS, SPACING = 16, 2, 0.5  # steps of an interval, and its length in 1/S: truncation below rounding
-PROPAGATOR_ROUNDING = 2.0 * codes.UNIT  # of a propagator, for each state
+PROPAGATOR_ROUNDING = 2.0 * codes.UNIT  # rounding error of a propagator for each state, relative to its norm
 
 
 class LinearModel(Model):
@@ -50,8 +50,8 @@ class LinearModel(Model):
             return np.stack([np.broadcast_to(x, points) for x in values], axis=1).reshape(points, size, size)
 
         def slopes(parameters, _x):
-            both = np.concatenate([-evaluate(1, parameters), -evaluate(2, parameters)], axis=2)
-            return both, np.abs(both)
+            forces = np.concatenate([-evaluate(1, parameters), -evaluate(2, parameters)], axis=2)
+            return forces, np.abs(forces)
 
         return SimpleNamespace(
             a=lambda parameters, _x: evaluate(0, parameters),

@@ -157,6 +157,21 @@ def test_a_change_that_is_not_measured_as_predicted_is_undecided(regime, kinds, 
     assert sweeps.critical(ds, "spin_rate").kind.values.tolist() == kinds
 
 
+def test_a_measured_invariant_that_is_off_moves_the_critical_value_by_its_slope(monkeypatch):
+    ds = sweeps.survey(system="mathieu", q=1.0, a=[1.0, 1.5, 2.0, 2.5])
+    measure, offset = critical_values.measure_points, 1e-6
+    monkeypatch.setattr(
+        critical_values,
+        "measure_points",
+        lambda *setting: (found := measure(*setting)) | {"trace": found["trace"] + offset},
+    )
+    (value,), (theory,) = (
+        sweeps.critical(ds, "a")[name].values for name in ("critical_value", "critical_value_theory")
+    )
+    traces = sweeps.survey(system="mathieu", q=1.0, a=theory + np.array([-1e-4, 1e-4])).trace_theory.values.ravel()
+    np.testing.assert_allclose(value - theory, -offset * 2e-4 / np.diff(traces)[0], rtol=1e-2)  # a slope over a cell
+
+
 def test_the_command_prints_changes_and_refuses_what_it_cannot_follow(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "top.yaml").write_text("system: sleeping_top\ngrid:\n  spin_rate: [3.0, 4.0, 5.0, 6.0]\n")

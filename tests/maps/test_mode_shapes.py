@@ -8,7 +8,8 @@ import sympy as sp
 import sweeps
 from sweeps import systems
 from sweeps.maps.critical_values import sweep_of
-from sweeps.mechanics import System
+from sweeps.mechanics import System, mode_shapes, relative
+from sweeps.mechanics.linear_model import LinearModel
 from sweeps.schema.refusals import RefusedError
 
 SPREAD = {"a": (1.0, 3.0), "b": (1.0, 3.0), "coupling": (-0.9, 0.9), "gyro": (-1.0, 1.0), "drag": (0.0, 0.4)}
@@ -33,28 +34,34 @@ def two_coordinates(natural):
 
 
 def exact_shapes(a, b, coupling, gyro=0.0, drag=0.0):
-    """Return eigenvalues and shapes of two coordinates, to 40 digits and rounded, x^H M x = 1; rows are modes."""
+    """Return eigenvalues and shapes of two coordinates."""
+    matrices = [[1.0, 0.0], [0.0, 2.0]], [[drag, -gyro], [gyro, 0.0]], [[a, coupling], [coupling, b]]
+    return exact_modes(*map(np.array, matrices))
+
+
+def exact_modes(mass, damping, stiffness):
+    """Return eigenvalues and shapes of M q″ + C q′ + K q = 0, to 40 digits and rounded, x^H M x = 1; rows are modes."""
+    count = len(mass)
     with mpmath.workdps(40):
-        stiffness = [[a, coupling], [coupling / 2, b / 2]]
-        damping = [[drag, -gyro], [gyro / 2, 0]]
-        A = mpmath.matrix(4, 4)
-        for i in range(2):
-            A[i, 2 + i] = 1
-            for j in range(2):
-                A[2 + i, j], A[2 + i, 2 + j] = -mpmath.mpf(stiffness[i][j]), -mpmath.mpf(damping[i][j])
+        M, C, K = (mpmath.matrix(values.tolist()) for values in (mass, damping, stiffness))
+        A = mpmath.zeros(2 * count)
+        A[:count, count:] = mpmath.eye(count)
+        A[count:, :count], A[count:, count:] = -mpmath.inverse(M) * K, -mpmath.inverse(M) * C
         values, vectors = mpmath.eig(A)
-        shapes = [[vectors[i, k] for i in range(2)] for k in range(4)]
-        lengths = [mpmath.sqrt(abs(x) ** 2 + 2 * abs(y) ** 2) for x, y in shapes]
-        return np.array(values, complex), np.array(
-            [[z / d for z in s] for s, d in zip(shapes, lengths, strict=True)], complex
-        )
+        shapes = [vectors[:count, k] for k in range(2 * count)]
+        lengths = [mpmath.sqrt(mpmath.re((shape.H * M * shape)[0])) for shape in shapes]
+        rows = [[x / length for x in shape] for shape, length in zip(shapes, lengths, strict=True)]
+        return np.array(values, complex), np.array(rows, complex)
 
 
-def deviation(shape, right):
-    """Return the distance of a shape from the right one up to a phase, in the norm of the masses 1 and 2."""
-    mass = np.array([1.0, 2.0])
-    product = (right.conj() * mass * shape).sum()
-    return np.sqrt((mass * np.abs(shape - right * product / abs(product)) ** 2).sum())
+MASS = np.diag([1.0, 2.0])  # of two_coordinates
+
+
+def deviation(shape, right, mass=MASS):
+    """Return the distance of a shape from the right one up to a phase, in the norm of the masses."""
+    product = right.conj() @ mass @ shape
+    difference = shape - right * product / abs(product)
+    return np.sqrt((difference.conj() @ mass @ difference).real)
 
 
 @pytest.mark.parametrize("natural", [True, False])
@@ -80,6 +87,37 @@ def test_shapes_of_random_systems_are_within_their_errors_of_40_digit_eigenvecto
             chosen = shapes.vectors[point, range(len(first)), first]
             np.testing.assert_allclose(chosen.imag, 0.0, atol=1e-15)
             assert (chosen.real > 0.0).all()
+
+
+def random_matrices(rng, count):
+    """Return masses, damping with a gyroscopic part, and stiffness."""
+    mass, damping, stiffness = (part @ part.T for part in rng.uniform(-1.0, 1.0, (3, count, count)))
+    turn = np.triu(rng.uniform(-1.0, 1.0, (count, count)), 1)
+    return mass + np.eye(count), 0.1 * damping + turn - turn.T, stiffness + 0.1 * np.eye(count)
+
+
+@pytest.mark.parametrize("number", [2, pytest.param(40, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", range(2, 7))
+def test_shapes_of_matrices_are_within_their_errors_of_40_digit_eigenvectors(number, count):
+    rng, apart = np.random.default_rng(count), []
+    for _ in range(number):
+        mass, damping, stiffness = random_matrices(rng, count)
+        system = System("Random matrices")
+        system.matrices(mass, stiffness, C=damping)
+        system.linear_matrices = tuple(map(sp.Matrix, (mass, stiffness, damping)))  # measured as large systems are
+        model = LinearModel(system)
+        theory = relative.theory(model, {"equilibrium": np.zeros(1, dtype=int)})
+        predicted, measured = mode_shapes.predict_shapes(model, theory), model.mode_shapes(theory)
+        values, right = exact_modes(mass, damping, stiffness)
+        for mode, value in enumerate(theory["eigenvalues"][0]):
+            nearest = np.abs(values - value).argmin()
+            gap = np.partition(np.abs(values - values[nearest]), 1)[1]
+            for shapes in (predicted, measured):
+                distance = deviation(shapes.vectors[0, mode], right[nearest], mass)
+                assert distance <= shapes.errors[0, mode] or np.isnan(shapes.errors[0, mode])
+            if gap > 1e-3:
+                apart.append(deviation(predicted.vectors[0, mode], right[nearest], mass))
+    assert max(apart) < 1e-11
 
 
 def test_modes_keep_their_curve_at_a_crossing_and_their_order_at_a_veering():
