@@ -1,5 +1,6 @@
 """Bodies on orbits, against published charts, closed forms, and equations of their own in 30 digits and DOP853."""
 
+import itertools
 import math
 
 import mpmath
@@ -13,7 +14,7 @@ import sweeps
 from kernels.flow.codes import REGIMES
 from sweeps import systems
 from sweeps.points.loading import read_sweep
-from sweeps.systems.orbit import equations, motion
+from sweeps.systems.orbit import equations, motion, presentation
 from sweeps.systems.orbit.scipy_trace import trace_by_scipy
 
 DIMORPHOS = {"a_over_b": 1.3, "b_over_c": 16 / 13}
@@ -320,3 +321,26 @@ def test_a_point_of_a_map_has_a_motion():
     tilt = np.arccos(normal[:, 2])
     assert tilt[moved.time.values < 2 * np.pi].max() < 0.2 < tilt.max()
     assert moved.angle_error.max() < 1e-6
+
+
+def test_the_chance_of_an_uncertain_shape_and_its_film():
+    """Weights of a normal distribution over the map's shapes, summed here in a loop; a film with a moving body."""
+    ratios = {"a_over_b": [1.2, 1.3, 1.4], "b_over_c": [1.1, 1.2, 1.3]}
+    definition = {"system": "orbit", "motion": "libration", "grid": {**ratios, "amplitude": [0.2, 0.4]}}
+    definition |= {"start_at": {"a_over_b": 1.3, "b_over_c": 1.2}, "shape_uncertainty": 0.05}
+    ds = sweeps.survey(definition)
+    shares, name = presentation.unstable_probability(ds, {"plane": "out_of_plane"})
+    assert name == "amplitude"
+    for share, amplitude in zip(shares, ds.amplitude, strict=True):
+        total = unstable = 0.0
+        for a, b in itertools.product(ds.a_over_b.values, ds.b_over_c.values):
+            weight = math.exp(-(((a - 1.3) / 0.05) ** 2 + ((b - 1.2) / 0.05) ** 2) / 2)
+            total += weight
+            point = ds.squeeze().sel(a_over_b=a, b_over_c=b, amplitude=amplitude)
+            unstable += weight * (float(point.growth_per_orbit_theory) > 1e-9)
+        assert share == pytest.approx(unstable / total, rel=1e-12)  # roundings of a sum
+    assert 0.0 < shares[0] < 1.0
+    frames = itertools.islice(presentation.PRESENTATION(systems.of_map(ds)).animations(ds)["tumble"](), 60)
+    first, *_, last = frames
+    assert first.shape == last.shape
+    assert (first != last).mean() > 0.01  # a part of the picture has moved

@@ -10,7 +10,7 @@ from sweeps.reading.definitions import definition_of
 from sweeps.schema.datasets import Dataset
 from sweeps.systems.orbit.system import CAVEATS
 from sweeps.systems.periodic.presentation import COMPARED, MARKS
-from sweeps.systems.presentation import Drawings, Page, Presentation
+from sweeps.systems.presentation import Animations, Drawings, Page, Presentation
 from sweeps.systems.presentation.appearance import Appearance, Symbol
 
 APPEARANCE = Appearance(
@@ -49,6 +49,10 @@ class OrbitPresentation(Presentation):
             words = f"perturbations {plane.replace('_', ' ')}{_probability_words(ds, at)}\n{CAVEATS}"
             drawings[name] = partial(figure_tongues.draw, cut, at, words, APPEARANCE)
         return drawings | self.agreement_figure(ds)
+
+    def animations(self, ds: Dataset) -> Animations:
+        """Return the animation of a body that leaves its attitude."""
+        return {"tumble": self.drawing("figure_tumble.frames", ds, str(ds.attrs.get("title", "")))}
 
     def _cuts(self, ds: Dataset) -> Iterator[tuple[str, dict, str]]:
         """Yield (plane, values at which the map is cut, name of the figure)."""

@@ -211,17 +211,18 @@ def _draw_omega(ax: Axes, omegas, times) -> list[Line2D]:
 class FilmStage:
     """A rotating body with trail and angular velocity, as artists from the farthest to the nearest, and the fixed L.
 
-    `half_width` is that of the panel; the body has `faces` and is spun about `axis`.
+    `half_width` is that of the panel; the body has `faces` and is spun about `axis`; `vertical_name` is that of the
+    fixed vertical line.
     """
 
-    def __init__(self, ax: Axes, half_width: float, faces: list[Face], axis: int):
+    def __init__(self, ax: Axes, half_width: float, faces: list[Face], axis: int, vertical_name: str = "L"):
         self.axis, self.solid = axis, _Solid(faces)
         ax.set(xlim=(-half_width, half_width), ylim=(-1.25, 1.25), aspect="equal")
         ax.axis("off")
         vertical = np.outer([1.0, 1.22], SCREEN[2])
         ax.plot(*vertical.T, color=colors.QUIET, lw=1.8)
         ax.plot(*vertical[1], marker="^", color=colors.QUIET, ms=5)
-        marks.annotate(ax, "L", vertical[1], (7, -2), color=colors.QUIET, fontweight="bold")
+        marks.annotate(ax, vertical_name, vertical[1], (7, -2), color=colors.QUIET, fontweight="bold")
         ax.add_collection(self.solid.artist, autolim=False)
         line: dict[str, Any] = {"lw": 1.5, "animated": True}
         self.far, self.near = (ax.plot([], [], color=colors.SERIES_COLORS[4], alpha=0.8, **line)[0] for _ in range(2))
