@@ -21,6 +21,7 @@ from sweeps.systems.bodies.body import BODIES, BodiesDefinition, Body, list_of
 from sweeps.systems.bodies.free_body import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, Spin
+from sweeps.systems.motion import UNROTATED
 from sweeps.systems.relative_equilibrium.system import FlowIntegration, RelativeEquilibrium
 from sweeps.systems.shared_variables import make_status, parse_rows, with_theory
 from sweeps.systems.system import Cost, Example, Point, Reference
@@ -184,31 +185,39 @@ class DissipativeBody(FreeBody):
 
 
 MAX_STEPS = 5e6  # largest number of steps of a motion, that of the kernel
-MAX_ROTATIONS = 200.0  # initial rotations after which SciPy, which takes some seconds for them, stops
+MAX_ROTATIONS = 300.0  # initial rotations after which SciPy, which takes some seconds for them, stops
 CROSS = np.cross(np.eye(3)[:, None], np.eye(3)).transpose(2, 0, 1)  # Levi-Civita symbol: u @ CROSS @ v is u x v
 REFERENCE_ERROR = 1e-8  # relative error of a time by DOP853 at loss 1 near the separatrix, where rounding grows
 
 
-def solve(point: Point, end: float, tolerance: float, **options):
+def initial_direction(point: Point) -> np.ndarray:
+    """Return L/|L| at the start, along the axes of ascending moments."""
+    theta, phi = float(point["from_angle"]), float(point["phase"])
+    return np.array([math.cos(theta), math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi)])
+
+
+def solve(point: Point, end: float, tolerance: float, attitude: tuple[float, ...] = UNROTATED, **options):
     """Return I1 over each moment, and SciPy's run of L/|L| in the body and the attitude q over omega0 t, up to ``end``.
 
-    L' = L x w and q' = q w/2 with w = omega + alpha L x omega are the double bracket, with L fixed in space.
+    L' = L x w and q' = q w/2 with w = omega + alpha L x omega are the double bracket, with L fixed in space. The
+    quaternion ``attitude`` is that at the start; () for none.
     """
     from scipy.integrate import solve_ivp
 
-    moments = np.sort([float(point[name]) for name in MOMENTS])
-    theta, phi, loss = (float(point[name]) for name in ("from_angle", "phase", "loss"))
+    moments, loss = np.sort([float(point[name]) for name in MOMENTS]), float(point["loss"])
     share = moments[0] / moments
 
     def slope(time, state):
-        direction, scalar, vector = state[:3], state[3], state[4:]
+        direction = state[:3]
         omega = share * direction
         rate = omega + loss * (direction @ CROSS @ omega)
+        if not attitude:
+            return direction @ CROSS @ rate
+        scalar, vector = state[3], state[4:]
         vector_rate = 0.5 * (scalar * rate + vector @ CROSS @ rate)
         return np.concatenate([direction @ CROSS @ rate, [-0.5 * vector @ rate], vector_rate])
 
-    across = [math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi)]
-    first = np.array([math.cos(theta), *across, 1.0, 0.0, 0.0, 0.0])
+    first = [*initial_direction(point), *attitude]
     return share, solve_ivp(slope, (0.0, end), first, "DOP853", rtol=max(tolerance, 1e-13), atol=1e-15, **options)
 
 
@@ -216,16 +225,21 @@ def time_by_scipy(point: Point, integration: FlowIntegration | None = None, name
     """Return settling_time or crossing_time, s, by SciPy's DOP853; NaN beyond MAX_ROTATIONS, 0 for a time before."""
     low, middle, high = np.sort([float(point[name]) for name in MOMENTS])
     levels = np.array([(high - low) / high, (high - middle) / middle * (low / high), 0.0])  # energies about the axes
-    target = levels[1] * (math.sin(float(point["to_angle"])) ** 2 if name == "settling_time" else 1.0)
+    to_angle, is_settling = float(point["to_angle"]), name == "settling_time"
+    target = levels[1] * (math.sin(to_angle) ** 2 if is_settling else 1.0)
 
     def energy(time, state):
-        return state[:3] ** 2 @ levels / (state[:3] @ state[:3]) - target
+        direction = np.asarray(state)
+        return direction**2 @ levels / (direction @ direction) - target
 
+    if energy(0.0, initial_direction(point)) <= 0.0:
+        return 0.0
+    e_folds = -math.log(float(point["from_angle"])) - (2.0 * math.log(to_angle) if is_settling else 0.0)
+    if not e_folds < 2.0 * math.pi * MAX_ROTATIONS * float(point["loss"]) * levels[0]:
+        return math.nan
     event: Any = energy
     event.terminal = True
-    run = solve(point, 2.0 * math.pi * MAX_ROTATIONS, 1e-13, events=event)[1]
-    if energy(0.0, run.y[:, 0]) <= 0.0:
-        return 0.0
+    run = solve(point, 2.0 * math.pi * MAX_ROTATIONS, 1e-13, (), events=event)[1]
     return float(run.t_events[0][0]) / float(point["omega0"]) if run.t_events[0].size else math.nan
 
 
