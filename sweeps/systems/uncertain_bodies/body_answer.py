@@ -201,7 +201,10 @@ def _answer_one(file_body: FileBody, source: object, options: Mapping[str, Any],
         lines += sampled_body.sampling_lines(sample)
     facts |= file_body.facts | {"verdict": judged.facts}
     tables += [("other spins", list(about.values()))] if about else []
-    paragraphs = [[*lines, *verdict.odds_lines(judged.odds), *file_body.lines], observations]
+    paragraphs = [
+        [*lines, *verdict.odds_lines(judged.odds, "kg m²" if nominal.ratios is None else "(ratios)"), *file_body.lines],
+        observations,
+    ]
     return BodyAnswer(nominal.name, facts, judged.sentence, judged, tables, paragraphs, entry=entry, _sampled=sample)
 
 

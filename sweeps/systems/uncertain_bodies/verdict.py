@@ -22,7 +22,6 @@ import numpy as np
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.inertia import describe_axis
-from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.motion import frame_of
 from sweeps.systems.rigid_body.system import SpunBody
 from sweeps.systems.uncertain_bodies import designs
@@ -166,15 +165,14 @@ def find_margin(moments: Sequence[float], axis: int) -> dict[str, Any] | None:
 
     Return None if no change of one moment that keeps a possible body does.
     """
-    name, changes = f"I{axis}", []
+    changes = []
     for transverse in {1, 2, 3} - {axis}:
         for changed, target in ((axis, transverse), (transverse, axis)):
             crossing = list(moments)
             crossing[changed - 1] = moments[target - 1]
             if not shapes.violation(crossing):
-                changes.append((moments[target - 1] / moments[changed - 1] - 1, f"I{changed}"))
-    change, name = min(changes, key=lambda each: abs(each[0]), default=(None, name))
-    return None if change is None else {"moment": name, "change": change}
+                changes.append({"moment": f"I{changed}", "change": moments[target - 1] / moments[changed - 1] - 1})
+    return min(changes, key=lambda each: abs(each["change"]), default=None)
 
 
 def judge_spin(body: SpunBody, axis: int | None, omega: Sequence[float] | None) -> SpinVerdict:
@@ -226,23 +224,18 @@ def make_odds(moments: np.ndarray, axis: int, rounding: float, sensitivity: dict
     return Odds(value, error, draws, sensitivity, quantiles, levels)
 
 
-def odds_lines(odds: Odds | None) -> list[str]:
-    """Return lines on the draws: probabilities, quantiles of the moments, and the contributions of the inputs."""
+def odds_lines(odds: Odds | None, unit: str) -> list[str]:
+    """Return lines on the draws: probabilities, quantiles of the moments in a unit, and the largest sensitivities."""
     if odds is None:
         return []
-    format_probability = designs.format_probability
     chances = [
-        f"P({word}) {format_probability(value, odds.error[word], odds.draws, is_percent=True)}"
+        f"P({word}) {designs.format_probability(value, odds.error[word], odds.draws, is_percent=True)}"
         for word, value in odds.probability.items()
         if value > 0
     ]
     lines = [f"{odds.draws:,} bodies drawn: {'; '.join(chances)}"]
-    for name, values in zip(MOMENTS, odds.moment_quantile, strict=True):
-        lines.append(
-            f"{name} of the draws: median {values[2]:.6g} kg m², 90 % of them {values[1]:.6g} to {values[3]:.6g}"
-        )
+    for name, (_, low, median, high, _) in zip(("least", "middle", "greatest"), odds.moment_quantile, strict=True):
+        lines.append(f"{name} moment: median {median:.6g} {unit}, 90 % of the draws {low:.6g} to {high:.6g}")
     shares = sorted(odds.sensitivity.items(), key=lambda each: -each[1])[:MAX_CONTRIBUTIONS]
-    lines.append(
-        "contributions (total Sobol index of Ω²): " + ", ".join(f"{name} {share:.2f}" for name, share in shares)
-    )
-    return lines
+    contributions = ", ".join(f"{name} {share:.2f}" for name, share in shares)
+    return [*lines, f"contributions (total Sobol index of Ω²): {contributions or 'none'}"]
