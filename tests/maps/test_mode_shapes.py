@@ -54,7 +54,7 @@ def exact_modes(mass, damping, stiffness):
         return np.array(values, complex), np.array(rows, complex)
 
 
-MASS = np.diag([1.0, 2.0])  # of two_coordinates
+MASS = np.diag([1.0, 2.0])  # masses of the two coordinates, kg
 
 
 def deviation(shape, right, mass=MASS):
