@@ -10,10 +10,9 @@ import sweeps
 
 KINDS = [(word, name) for word, kinds in planted_faults.kinds().items() for name in kinds]
 TIMES = np.linspace(0.0, 30.0, 301)
-QUICK = [  # one of each search of the diagnosis
-    ("inverse_quaternion", "conjugate"), ("space_rates", "space"), ("left_handed", "matrix"), ("not_unit", "growing"),
-    ("staggered", "late"), ("wrong_inertia", "10 %"), ("clock", "1.0001"), ("gap", "missing"), ("gap", "lost"),
-    ("first_order", "explicit"), ("torque", "body"), ("noise", "both"), ("outlier", "attitude"), ("none", "sound"),
+QUICK = [  # of searches that no test below shows
+    ("space_rates", "space"), ("left_handed", "matrix"), ("not_unit", "growing"), ("gap", "missing"), ("gap", "lost"),
+    ("torque", "body"),
 ]  # fmt: skip
 
 
@@ -40,8 +39,9 @@ def test_a_planted_fault_is_found(word, name):
 @pytest.mark.slow
 @pytest.mark.parametrize(("word", "name"), KINDS)
 def test_every_planted_fault_is_found(word, name):
-    for columns, moments in planted(word, name, 3):
-        assert certified(columns, moments)["diagnosis"][0] == word
+    """On the second body; `benchmarks/planted_faults.py` counts them on twenty."""
+    *_, (columns, moments) = planted(word, name, 2)
+    assert certified(columns, moments)["diagnosis"][0] == word
 
 
 def test_the_evidence_states_clock_delay_and_ratios():

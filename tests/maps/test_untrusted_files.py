@@ -28,7 +28,7 @@ from sweeps.schema.variables import extremes
 from sweeps.shards import content_hash
 
 QUICK_DAMAGES = 2
-DAMAGES = int(os.environ.get("POLHODE_DAMAGES", 45))  # number of damages of each system's map, from some 1,500
+DAMAGES = int(os.environ.get("POLHODE_DAMAGES", 25))  # number of damages of each system's map, from some 1,500
 
 
 @pytest.fixture(scope="module")

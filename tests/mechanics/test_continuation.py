@@ -1,4 +1,9 @@
-"""Driven motions from their names, against harmonic balance along curves of its own, and DOP853."""
+"""Driven motions from their names, against harmonic balance along curves of its own, and DOP853.
+
+POLHODE_ALL_CASES=1 has three times as many points.
+"""
+
+import os
 
 import numpy as np
 import pytest
@@ -11,6 +16,7 @@ from sweeps.mechanics import DescriptionError, System, periodic
 from sweeps.mechanics.model import Model
 
 HARMONICS, ORDERS = 41, np.arange(1, 42)
+MANY = 300 if os.environ.get("POLHODE_ALL_CASES") else 100  # number of points of a slow test
 CURVE_STEP = 0.02  # arc length of a step of harmonic balance, in the space of coefficients and force
 
 
@@ -136,7 +142,7 @@ def helmholtz_points(count):
     return rng.uniform(0.01, 0.2, count), rng.uniform(0.3, 1.6, count), np.arange(count) % 2
 
 
-@pytest.mark.parametrize("count", [8, pytest.param(300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [8, pytest.param(MANY, marks=pytest.mark.slow)])
 def test_saddle_and_well_of_a_driven_helmholtz_oscillator_keep_their_names(count):
     force, w, name = helmholtz_points(count)
     columns = survey(helmholtz(), force, w, 0.1, name)
@@ -147,7 +153,7 @@ def test_saddle_and_well_of_a_driven_helmholtz_oscillator_keep_their_names(count
 
 @pytest.mark.parametrize(
     ("count", "size"),
-    [(4, 1), *(pytest.param(*case, marks=pytest.mark.slow) for case in [(300, 1), (60, 0.1), (60, 10)])],
+    [(4, 1), *(pytest.param(*case, marks=pytest.mark.slow) for case in [(MANY, 1), (30, 0.1), (30, 10)])],
 )
 def test_a_driven_duffing_oscillator_is_followed_from_rest(count, size):
     rng = np.random.default_rng(4)
@@ -250,7 +256,7 @@ def oscillator_with_jumps():
     return system
 
 
-@pytest.mark.parametrize("count", [12, pytest.param(300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [12, pytest.param(MANY, marks=pytest.mark.slow)])
 def test_drives_that_jump(count):
     """No wrong motion and no wrong status by harmonic balance; motions and multipliers by DOP853 from jump to jump."""
     rng, model, kinds = np.random.default_rng(4), Model(oscillator_with_jumps()), np.arange(count) % len(JUMPING)

@@ -43,11 +43,11 @@ def fresh(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def workflow_copy(tmp_path_factory):
-    """A copy, with this checkout's kernels, in which all of tiny and the map of a JSON definition have been made."""
+    """A copy, with this checkout's kernels, in which the maps of tiny and of a JSON definition have been made."""
     folder = copy_sources(tmp_path_factory.mktemp("made"))
     compiled.share(folder, folder / ".cache")
     (folder / "own.json").write_text(json.dumps(OWN_DEFINITION))
-    targets = ["results/tiny/figures", "results/tiny/report.html", "results/own/stability_map.nc"]
+    targets = ["results/tiny/stability_map.nc", "results/own/stability_map.nc"]
     process = snakemake(folder, "--config", "definition=own.json", "--", *targets)
     assert process.returncode == 0, process.stderr
     return folder
@@ -55,6 +55,8 @@ def workflow_copy(tmp_path_factory):
 
 @pytest.mark.slow
 def test_tiny_end_to_end(workflow_copy):
+    process = snakemake(workflow_copy, "results/tiny/figures", "results/tiny/report.html")
+    assert process.returncode == 0, process.stderr
     with sweeps.open_map(workflow_copy / "results/tiny/stability_map.nc") as ds:
         assert ds.attrs["content_hash"] == sweeps.survey("tiny").attrs["content_hash"]
     assert not list(workflow_copy.glob("results/*/shards/*.nc"))

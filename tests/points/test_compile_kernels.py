@@ -139,9 +139,10 @@ DAEMON = """
 from multiprocessing import get_context
 def measure():
     import sweeps
-    print(sweeps.survey("tiny").attrs["content_hash"])
+    print(sweeps.survey({definition!r}).attrs["content_hash"])
 {call}
 """
+LITTLE = {"system": "symmetric_top", "grid": {"ratio": 1.9, "omega3": 1.0, "half_angle": 20.0}}  # soonest compiled
 
 
 def program(code, **environment):
@@ -153,15 +154,15 @@ def program(code, **environment):
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_a_script_that_is_not_to_be_run_again_and_a_process_that_may_have_no_children_find_kernels(tmp_path):
-    (tmp_path / "script.py").write_text(DAEMON.format(call="measure()"))
+    (tmp_path / "script.py").write_text(DAEMON.format(call="measure()", definition=LITTLE))
     daemon = "p = get_context('fork').Process(target=measure, daemon=True); p.start(); p.join()"
-    (tmp_path / "daemon.py").write_text(DAEMON.format(call=daemon))
+    (tmp_path / "daemon.py").write_text(DAEMON.format(call=daemon, definition=LITTLE))
     outputs = []
     for name in ("script", "daemon"):
         process = program([sys.executable, tmp_path / f"{name}.py"], XDG_CACHE_HOME=str(tmp_path / name))
         assert process.returncode == 0, process.stderr
         (line,) = process.stderr.splitlines()  # no terminal, no bar
-        assert line.startswith("compiling the kernels of rigid_body, once per machine")
+        assert line.startswith("compiling the kernels of symmetric_top, once per machine")
         outputs.append(process.stdout)
     assert outputs[0] == outputs[1]
     assert len(outputs[0].split()) == 1  # the script was run once
@@ -182,7 +183,7 @@ def test_a_kernel_that_cannot_be_compiled_is_said(monkeypatch):
     ],
 )
 def test_whoever_is_killed_while_kernels_are_compiled_leaves_no_process(tmp_path, signals):
-    (tmp_path / "script.py").write_text(DAEMON.format(call="measure()"))
+    (tmp_path / "script.py").write_text(DAEMON.format(call="measure()", definition="tiny"))
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(tmp_path)}
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     script = psutil.Popen([sys.executable, tmp_path / "script.py"], env=environment, **quiet)
