@@ -30,7 +30,6 @@ import numpy as np
 import sympy as sp
 
 from kernels.compile.blocks import W
-from kernels.flow.codes import FAR_ORDER as ORDER
 from kernels.flow.matrices import find_coupled
 from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, STATE, Graph
 from sweeps.mechanics.series import Series, sum_text
@@ -60,6 +59,8 @@ def advance(S, columns, steps):
             for i in range({size}):
                 columns[c, i] = S[{first} + i]
 '''
+MAX_PRODUCTS = 30  # products and quotients up to which the order is full; compiling takes the order's square
+LOWER_ORDER = 16  # order with more products: 40 of them take 8 s to compile, and 14 s in the full order
 MIN_DENOMINATOR = 1e-300  # is added to denominators that may be 0
 
 
@@ -84,6 +85,8 @@ class PerturbedCode(Series):
 
     def __init__(self, graph: Graph, still: bool):
         super().__init__(graph, still)
+        if sum(node.kind in (MUL, DIV) for node in graph.nodes) > MAX_PRODUCTS:
+            self.order = LOWER_ORDER
         self.linear = True
         self.perturbed = {(kind, i): i + self.time * (kind == "e") for kind in "xe" for i in range(self.time)}
         self.text = self._module_text()
@@ -224,7 +227,7 @@ class PerturbedCode(Series):
         states = [self.graph.build(x) for x in self.graph.states]
         sums = [(kind, i, number, "X" if kind == "B" else "x") for i, number in enumerate(states) for kind in "BH"]
         summed_rows, ends = set(), {True: [], False: []}
-        for n in range(ORDER + 1):
+        for n in range(self.order + 1):
             for kind, _, number, _ in sums:
                 self._term_name(kind, number, n)
         for i in range(self.time):
@@ -261,7 +264,7 @@ class PerturbedCode(Series):
         base, perturbed = (self.with_rows(code_lines, first) for code_lines in (base, perturbed))
         size = W * len(self.perturbed)
         return TEXT.format(
-            title=self.title, order=ORDER, W=W, base=base, perturbed=perturbed, size=size, first=first * W
+            title=self.title, order=self.order, W=W, base=base, perturbed=perturbed, size=size, first=first * W
         )
 
     def _truncation_lines(self, row, series, size=""):

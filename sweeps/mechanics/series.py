@@ -41,6 +41,7 @@ class Series(Generated):
     constants, h the step.
     """
 
+    order = ORDER  #: highest order of the terms
     #: kind of a term → the method that returns its text: B the motion's term U_n, K n times it, R the reciprocal
     term_methods: ClassVar[dict[str, str]] = {
         "B": "_base_text",
@@ -166,7 +167,7 @@ class Series(Generated):
 
     def _term_names(self, kind, number):
         """Return the names of a node's terms, None for those that vanish."""
-        return [self._term_name(kind, number, n) for n in range(ORDER + 1)]
+        return [self._term_name(kind, number, n) for n in range(self.order + 1)]
 
     def with_rows(self, lines: list[str], first: int = 0) -> str:
         """Return lines as text, with a row's address in place of each placeholder of :meth:`_row_text`.
@@ -191,8 +192,6 @@ class Moving(Series):
     its bound; the step; constants. The module's `expand(S)` writes the terms of each series after these, orders 1 to
     ORDER, with one free row after each series.
     """
-
-    order = ORDER
 
     def __init__(self, graph: Graph):
         super().__init__(graph)
