@@ -38,7 +38,7 @@ def test_the_rates_are_hamiltons_in_canonical_states(motion, A, D):
     """By H in momenta conjugate to (x, alpha, beta), which is written here from T and V alone, in 30 digits."""
     model = equations.orbit_model(motion)
     system, e = model.system, model.equations
-    values = {"eccentricity": 0.2, "p": 1.5, "I1_over_I3": A, "asymmetry": D, "modulus": 0.3}
+    values = {"eccentricity": 0.2, "p": 1.5, "I1_over_I3": A, "asymmetry": D, "modulus": 0.6, "complement": 0.8}
     values["frequency"] = math.sqrt(3 * abs(D))
     x, al, be, y, M1, M2 = e.q
     base = equations.planar_motion(type(system)("again"), motion)
@@ -225,6 +225,7 @@ def test_ways_to_give_a_body_agree():
         ("spin_normal", {"K": 1.3, "spin": 0.37, "eccentricity": 0.4}),
         ("spin_orbit", {"k1": 0.5, "k3": 0.1, "eccentricity": 0.15, "p": 0.5}),
         ("libration", {"a_over_b": 1.2, "b_over_c": 0.9, "amplitude": 1.0}),
+        ("libration", {"a_over_b": 1.2, "b_over_c": 1.3, "amplitude": 1.3}),
     ],
 )
 def test_bodies_in_any_order_agree_with_scipy(motion, grid):

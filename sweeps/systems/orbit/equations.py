@@ -29,7 +29,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import ellipk
+from scipy.special import ellipkm1
 
 from sweeps.mechanics import System, periodic
 from sweeps.mechanics.model import Model
@@ -60,7 +60,8 @@ def planar_motion(system: System, motion: str) -> PlanarMotion:
         modulus = system.parameter("modulus", default=0.1, meaning="sine of the amplitude")
         frequency = system.parameter("frequency", default=0.8, positive=True, meaning="of small librations, over n")
         asymmetry = system.parameter("asymmetry", default=0.2, meaning="(I2 - I1)/I3")
-        delta, wave = sqrt(1 - modulus**2 * sin(time) ** 2), modulus * sin(time)
+        cosine = system.parameter("complement", default=0.995, meaning="cosine of the amplitude")  # 1 - κ² cancels
+        delta, wave = sqrt(cos(time) ** 2 + cosine**2 * sin(time) ** 2), modulus * sin(time)
         return PlanarMotion(
             1 / (frequency * delta),
             1 + frequency * modulus * cos(time),
@@ -152,7 +153,8 @@ def arguments_of(points, motion: str) -> dict[str, np.ndarray]:
     arguments = {"I1_over_I3": ratio, "asymmetry": asymmetry, "eccentricity": points.get("eccentricity", 0.0 * unit)}
     if motion == "libration":
         with np.errstate(invalid="ignore"):
-            arguments |= {"modulus": np.sin(points["amplitude"]), "frequency": np.sqrt(3.0 * asymmetry)}
+            arguments |= {"modulus": np.sin(points["amplitude"]), "complement": np.cos(points["amplitude"])}
+            arguments["frequency"] = np.sqrt(3.0 * asymmetry)
     if motion == "spin_normal":
         arguments["spin"] = points["spin"]
     return arguments | {"p": points.get("p", unit), "epsilon": points.get("epsilon", unit)}
@@ -180,7 +182,7 @@ def _start_columns(arguments, motion, base=None):
     size = eccentricity.size
     period, angle, branch = np.full(size, 2.0 * np.pi), np.zeros(size), np.ones(size, dtype=kind)
     if motion == "libration":
-        period = 4.0 * ellipk(arguments["modulus"] ** 2) / arguments["frequency"]
+        period = 4.0 * ellipkm1(arguments["complement"] ** 2) / arguments["frequency"]
         rate = arguments["modulus"] * arguments["frequency"]
     elif motion == "spin_normal":
         rate = arguments["spin"] * (1.0 - eccentricity**2) ** 1.5 / (1.0 + eccentricity) ** 2 - 1.0

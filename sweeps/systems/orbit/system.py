@@ -70,7 +70,7 @@ PARAMETERS = (
     ),
     Parameter(
         "amplitude",
-        _quantity("amplitude", "rad", "0 < amplitude ≤ 1.5", lambda x: 0.0 < x <= 1.5),
+        _quantity("amplitude", "rad", "0 < amplitude ≤ 1.3", lambda x: 0.0 < x <= 1.3),
         "largest angle of the libration from the radius",
     ),
     Parameter("spin", _quantity("spin", "1", "-100 ≤ spin ≤ 100", lambda x: abs(x) <= 100.0), "spin over mean motion"),
