@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import sweeps
+from sweeps.systems.rigid_body.presets import PRESETS
 from sweeps.systems.uncertain_bodies import verdict
 
 
@@ -79,3 +80,11 @@ def test_the_judged_axis_is_requested_or_stated(body, setting, axis, chosen_by):
     assert verdict.CHOICES[chosen_by] in facts["sentence"]
     if chosen_by == "omega":
         assert facts["direction"][1] < 0  # the sense of the spin
+
+
+def test_the_bodies_to_choose_on_a_page_have_names_for_the_command():
+    answers = {preset["name"]: sweeps.body(preset["name"]).facts for preset in PRESETS}
+    assert answers["Explorer 1"]["verdict"]["word"] == "stable_without_loss"
+    assert answers["book"]["verdict"]["word"] == "unstable"
+    for preset in PRESETS[3:]:  # the racket and the phone are those of the definition `bodies`, to its digits
+        assert answers[preset["name"]]["moments"] == pytest.approx(preset["moments"], rel=1e-12)

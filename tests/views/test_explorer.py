@@ -30,7 +30,7 @@ from sweeps.figure.colors import in_light
 from sweeps.handbook import gallery
 from sweeps.points import catalogue
 from sweeps.reading.definitions import file_text, plain, read_text
-from sweeps.systems.rigid_body.presentation.page import PRESETS
+from sweeps.systems.rigid_body.presets import PRESETS
 from sweeps.views import report
 
 

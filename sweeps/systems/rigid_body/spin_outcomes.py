@@ -23,6 +23,7 @@ from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.inertia import axis_lines
 from sweeps.systems.bodies.variables import MOMENTS, VERDICTS
 from sweeps.systems.motion import DAY, format_span
+from sweeps.systems.rigid_body import presets
 from sweeps.systems.rigid_body.system import NearAxisDefinition, SpunBody, initial_state
 
 DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, rad
@@ -169,10 +170,17 @@ def _format_period(period: float, limit: float | None, frame: str) -> str:
 
 
 def bodies_by_name(definition: Definition, path: object) -> dict[str, SpunBody]:
-    """Return name → body of a definition; `path` is used in messages."""
+    """Return name → body of a definition, and the presets if its path (for messages) is the shipped `bodies`."""
     if not isinstance(definition, NearAxisDefinition) or not definition.bodies:
         raise DefinitionError(f"{path}: bodies: is missing; allowed: a definition of rigid bodies with bodies")
-    return {body.name: body for body in definition.bodies}
+    bodies = {body.name: body for body in definition.bodies}
+    if path == "bodies":
+        for preset in presets.PRESETS:
+            entry = {name: preset[name] for name in ("name", "omega0", "axis")}
+            if not any(preset["name"].lower() in listed.lower() for listed in bodies):
+                moments = dict(zip(MOMENTS, preset["moments"], strict=True))
+                bodies[preset["name"]] = SpunBody.model_validate(entry | moments)
+    return bodies
 
 
 def load_body(values: Mapping, load: Callable[[Mapping], Definition]) -> Any:

@@ -8,6 +8,7 @@ from sweeps.systems import rates
 from sweeps.systems.bodies import outline
 from sweeps.systems.bodies.presentation import TRIANGLE, turning
 from sweeps.systems.presentation import Page
+from sweeps.systems.rigid_body import presets
 
 _NAMES = ("first.html", "three.html", "bodies.css", "own.css", "bodies.js", "own.js", "part.js")
 FILES = (*turning.FILES, *rates.FILES, TRIANGLE, *(Path(__file__).parent / name for name in _NAMES))
@@ -16,30 +17,10 @@ ON_PLANE = "Space: play or pause. Black lines: Ω² = 0 in linear theory. Hatche
 IN_TABLE = "★ marks the usual spin axis of a body."
 
 
-def _box(mass: float, *sides: float) -> list[float]:
-    """Return moments of a uniform box, kg m2, from its mass, kg, and sides, m, the longest first."""
-    a, b, c = sides
-    return [mass / 12 * (b * b + c * c), mass / 12 * (a * a + c * c), mass / 12 * (a * a + b * b)]
-
-
-# Racket, phone and Earth as in the definition `bodies`. Explorer 1: 13.97 kg, 2.05 m by 0.165 m, 750 rpm.
-PRESETS = [
-    {"name": name, "moments": moments, "omega0": omega0, "axis": axis}
-    for name, moments, omega0, axis in (
-        ("tennis racket", [0.00121, 0.01638, 0.01748], 10.0, 2),
-        ("phone", [7.4181040233333e-5, 3.0975441516667e-4, 3.8236311326667e-4], 10.0, 2),
-        ("book", _box(0.8, 0.24, 0.17, 0.03), 6.0, 2),
-        ("Earth", [8.0101e37, 8.0103e37, 8.0365e37], 7.292115e-5, 3),
-        ("3U CubeSat", _box(4.0, 0.34, 0.1, 0.1), 0.1, 3),
-        ("Explorer 1", [13.97 / 2 * 0.0825**2, *[13.97 / 12 * (3 * 0.0825**2 + 2.05**2)] * 2], 78.5, 1),
-    )
-]
-
-
 def page(ds: Dataset) -> Page:
     """Return the system's part of the page of a map."""
     table = "body" in ds.dims
-    facts = turning.FACTS | {"nature": natural_axes(ds), "outlines": outline.read(ds.attrs), "presets": PRESETS}
+    facts = turning.FACTS | {"nature": natural_axes(ds), "outlines": outline.read(ds.attrs), "presets": presets.PRESETS}
     return Page(FILES, QUESTION, IN_TABLE if table else ON_PLANE, table, facts)
 
 
