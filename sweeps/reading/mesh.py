@@ -84,6 +84,14 @@ def _read_open_file(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
     return vertices, faces, digest
 
 
+def _stated_unit(file: FileBytes) -> float:
+    """Return the unit of length that a DAE file states, m."""
+    import collada
+
+    file.seek(0)
+    return float(collada.Collada(file, ignore=[collada.common.DaeError]).assetInfo.unitmeter or 1.0)
+
+
 def _parse_mesh(file: FileBytes):
     """Return an empty part, vertices and faces, or one part, why there are none; runs in the child."""
     import trimesh
@@ -100,6 +108,7 @@ def _parse_mesh(file: FileBytes):
             else:  # a stream has no path, so trimesh opens no texture or material that the file names
                 mesh = trimesh.load_mesh(file, file_type=kind[1:], skip_materials=True, process=False)
                 vertices, faces = np.array(mesh.vertices, "f8"), np.array(mesh.faces, "i8")
+                vertices *= _stated_unit(file) if kind == ".dae" else 1.0
             vertices, faces = _join_equal(vertices, faces)
         return [b"", vertices.tobytes(), faces.tobytes()]
     except MemoryError:

@@ -321,6 +321,18 @@ def test_tables_that_are_none_are_refused(tmp_path, text):
         inertia.solid(tmp_path / "shape.tab", density=1.0)
 
 
+@pytest.mark.parametrize("metres", [None, 0.001])
+def test_dae_in_the_unit_that_it_states(metres, tmp_path):
+    pytest.importorskip("collada", reason="pycollada is not installed")
+    text = trimesh.exchange.dae.export_collada(trimesh.creation.box((1.0, 2.0, 3.0))).decode()
+    unit = "" if metres is None else f'<unit name="millimeter" meter="{metres}"/>'
+    (tmp_path / "box.dae").write_text(text.replace("<up_axis>", f"{unit}<up_axis>"))
+    volume = inertia.solid(tmp_path / "box.dae", density=1.0).volume
+    assert volume == pytest.approx(6.0 * (metres or 1.0) ** 3, rel=1e-6)  # the file is written in single precision
+    with pytest.raises(ValueError, match="states its unit of length itself"):
+        inertia.solid(tmp_path / "box.dae", density=1.0, unit="mm")
+
+
 def test_glb(tmp_path):
     scene = trimesh.Scene([box((1, 2, 3)), box((1, 2, 3), (2, 0, 0))])
     (tmp_path / "scene.glb").write_bytes(scene.export(file_type="glb"))

@@ -181,6 +181,8 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
     """
     if problem := unsupported_format(path):
         raise MeshError(*problem)
+    if Path(path).suffix.lower() == ".dae" and unit != "m":
+        raise MeshError("states its unit of length itself", "unit m, the default")
     vertices, faces, digest = read(path)
     shells = mesh_shells.find_shells(vertices, faces)
     vertices, notes = shells.vertices, shells.notes
