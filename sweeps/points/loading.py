@@ -27,6 +27,7 @@ from sweeps.schema.refusals import (
     display,
     hint,
     message,
+    name_entries,
     validation_problems,
 )
 
@@ -114,7 +115,7 @@ def _validate_sweep(text: str | None, values: dict, name: str, folder: str) -> S
         full_values, table = scattered.complete_values(values, model, folder)
         definition = model.model_validate({"title": name, **full_values}, context={"folder": folder})
     except ValidationError as error:
-        raise _InvalidError(validation_problems(error, model)) from None
+        raise _InvalidError(name_entries(validation_problems(error, model), values)) from None
     definition.keep_source(as_yaml(values) if text is None else text, name, folder, table, _from_text)
     return build_sweep(definition, system)
 

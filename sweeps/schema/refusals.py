@@ -6,7 +6,7 @@ pydantic is loaded with the models, not with this module: every command has refu
 import json
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -91,9 +91,15 @@ def refusals(problems: list[Problem]) -> "PydanticCustomError":
 
 
 def key_path(where: tuple) -> str:
-    """Return the path of a key as in grid.I1[2]."""
-    steps = (f"[{step}]" if isinstance(step, int) else f".{_plain_or_quoted(step)}" for step in where)
-    return "".join(steps).removeprefix(".") or "(top level)"
+    """Return the path of a key as in grid.I1[2] or bodies[17] (Moon).tensor."""
+    return "".join(map(_step_text, where)).removeprefix(".") or "(top level)"
+
+
+def _step_text(step: int | str | tuple[int, str]) -> str:
+    """Return a step of a path: a number in a list, that number with the entry's name, or a key."""
+    if isinstance(step, int):
+        return f"[{step}]"
+    return f"[{step[0]}] ({_plain_or_quoted(step[1])})" if isinstance(step, tuple) else f".{_plain_or_quoted(step)}"
 
 
 def _plain_or_quoted(text: str) -> str:
@@ -203,6 +209,21 @@ def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> li
         else:
             problems.append(_built_in_problem(item, where, root, len(problems) < _MAX_PROBLEMS_SHOWN))
     return problems
+
+
+def name_entries(problems: list[Problem], values: Mapping) -> list[Problem]:
+    """Return problems with the names of entries in their paths, in lists of several: bodies[17] (Moon).tensor."""
+    return [replace(problem, where=_named_path(problem.where, values)) for problem in problems]
+
+
+def _named_path(where: tuple, values: Mapping) -> tuple:
+    """Return a path with the name of the entry on it, if the entry is one of several and has a name."""
+    key, number, *steps = where if len(where) > 2 else ("", None)
+    entries = values.get(key)
+    if steps == ["name"] or not (isinstance(number, int) and isinstance(entries, list | tuple) and len(entries) > 1):
+        return where
+    name = entries[number].get("name") if isinstance(entries[number], Mapping) else None
+    return (key, (number, name), *steps) if isinstance(name, str) else where
 
 
 def _built_in_problem(item: Mapping[str, Any], where: tuple, root: "type[BaseModel]", with_hint: bool) -> Problem:

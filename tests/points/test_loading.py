@@ -418,6 +418,8 @@ def test_bodies_and_grid_share_the_work():
     assert "bodies[0].I2: is missing" in refusal({"bodies": [{"name": "a", "I1": 1.0}], "grid": {"omega0": 1}})
     equal_bodies = {"bodies": [bodies_with_rate[0], bodies_with_rate[0]]}
     assert "bodies[1].name: 'a' is an earlier name" in refusal(equal_bodies)
+    flat = {"name": "Plate B", "tensor": [[1.0, 0, 0], [0, 2.0, 0], [0, 0, 9.0]]}  # one of several is named
+    assert "bodies[1] (Plate B).tensor: " in refusal({"bodies": [bodies_with_rate[0], flat]})
     assert read_definition({"bodies": bodies_with_rate}).bodies[1].moments == (1.0, 1.0, 1.0)
     assert read_definition({"bodies": [bodies_with_rate[0], second], "grid": {"omega0": 5}}).grid.omega0 == 5.0
 

@@ -416,7 +416,7 @@ BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
             {"uncertainty": "5 %", "bodies": [BODY | {"I3": 3.5}]},
             "are not the moments of any rigid body: I3 = 3.5 > I1 + I2 = 3",
         ),
-        ({"bodies": [BODY | {"uncertainty": "5 %"}, BODY | {"name": "B"}]}, "bodies[1].uncertainty: is missing"),
+        ({"bodies": [BODY | {"uncertainty": "5 %"}, BODY | {"name": "B"}]}, "bodies[1] (B).uncertainty: is missing"),
     ],
 )
 def test_what_is_wrong_is_said(changes, message):
