@@ -169,3 +169,9 @@ def test_every_file_of_the_page_is_shipped():
     page_files = {path for path in (ROOT / "sweeps").rglob("*") if path.suffix in (".js", ".html", ".css")}
     assert len(page_files) > 20
     assert page_files <= package_files
+
+
+def test_no_two_files_of_tests_have_one_name():
+    """Without packages, pytest imports them by their names alone."""
+    names = [path.name for path in (ROOT / "tests").rglob("test_*.py")]
+    assert sorted(names) == sorted(set(names))

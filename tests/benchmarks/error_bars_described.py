@@ -198,7 +198,7 @@ def flow(name, model, exact, random, integration, count):
     runs = int(random.integers(1, 5)) if random.random() < 0.5 else spectra.usual_runs(model)
     theory = model.theory(points)
     settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
-    columns = spectra._columns(model, theory, spectra.measure_points(model, points, theory, *settings, runs))
+    columns = spectra.make_columns(model, theory, spectra.measure_points(model, points, theory, *settings, runs))
     values, S = theory["eigenvalues"], theory["scale"]
     unsure = (THEORY_ROUNDING * S)[:, None] * np.maximum(1.0, theory["condition"])
     unsure = np.where(np.isfinite(unsure), unsure, np.inf)
