@@ -133,6 +133,7 @@ def lines(text: str) -> Callable:
         """Return the type of a call with the array S, and the function that generates its code."""
 
         def generate_code(context, builder, signature, arguments):
+            """Write the loop over the lanes, with the statements of the text in it."""
             from numba.core import cgutils
 
             data = context.make_array(S)(context, builder, arguments[0]).data

@@ -103,6 +103,7 @@ def certify(
 
 
 def _frame(name: str, rate: Any, axis: Any) -> AttitudeFrame:
+    """Return the frame of the attitudes; refuse rate and axis of an inertial one."""
     if name not in ("inertial", "local"):
         raise DefinitionError(f"frame: {display(name)}; allowed: inertial, local")
     if name == "inertial":

@@ -259,6 +259,7 @@ def add_cases(commands) -> None:
 
 
 def _cases(args):
+    """Write the check cases in all formats to a new folder, with a table of them."""
     from sweeps.maps import motion
     from sweeps.systems.rigid_body import check_cases
 

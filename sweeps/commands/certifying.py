@@ -72,6 +72,7 @@ def add_certify(commands) -> None:
 
 
 def _certify(args):
+    """Print the verdict on a file, or its JSON, and return the exit status."""
     body = parser.body(args)
     if body is None:
         raise DefinitionError("body: is missing; allowed: --moments, --ratios, --tensor, --mesh or --body")

@@ -100,6 +100,7 @@ def _fit_propagators(integrator, batch, quantities, sampling):
     first_sample = first_weight + runs * count
 
     def fit_blocks(steps, order, bounds, _numbers, blocks):
+        """Return the fitted flow of each point from its lane of the integrated blocks."""
         raw = np.full((steps.size, MATRIX + num_states * num_states), np.nan)
         for block, first, end in zip(blocks, bounds[:-1], bounds[1:], strict=True):
             weight = block[first_weight:first_sample].reshape(runs, count, W)

@@ -36,6 +36,7 @@ _ROWS = "3 rows of 3 finite numbers: [[Ixx, Ixy, Ixz], [Iyx, Iyy, Iyz], [Izx, Iz
 
 
 def _tensor(value: object) -> tuple[tuple[float, ...], ...]:
+    """Return three rows of three finite numbers, kg m2; refuse every other value."""
     rows = value if isinstance(value, tuple | list) else ()
     if len(rows) != 3 or not all(isinstance(row, tuple | list) and len(row) == 3 for row in rows):
         raise refusal("is not a tensor of inertia", _ROWS)
@@ -49,6 +50,7 @@ def _mesh_name(name: str) -> str:
 
 
 def _moments_of_molecule(value: object) -> tuple[float, ...]:
+    """Return the moments, kg m2, of three rotational constants with units."""
     constants = value if isinstance(value, tuple | list) and len(value) == 3 else ()
     moments = [moment for constant in constants if (moment := molecules.moment_of_constant(constant)) is not None]
     if len(moments) != 3:
@@ -70,6 +72,7 @@ class Mesh(Strict):
 
     @model_validator(mode="after")
     def _check_density(self) -> "Mesh":
+        """Refuse a mesh without density and mass, or with both."""
         if (self.density is None) == (self.mass is None):
             reason = "is missing" if self.density is None else "is given beside mass"
             value = "" if self.density is None else display(self.density)
@@ -125,6 +128,7 @@ class Body(Strict):
 
     @model_validator(mode="after")
     def _check_moments(self, info: ValidationInfo) -> "Body":
+        """Refuse a body with no form or two forms of its moments, and derive moments from the others."""
         allowed = (
             "I1, I2 and I3 in kg m2, or ratios: {I1, I2, I3}, or tensor, mesh: {file, …}, rotational, one of these"
         )
@@ -142,6 +146,7 @@ class Body(Strict):
         return self
 
     def _find_principal(self, folder: str) -> None:
+        """Find principal moments and axes of a tensor or a mesh, whose file is relative to a folder."""
         try:
             if self.tensor is not None:
                 self._principal = inertia.principal(self.tensor)
@@ -240,6 +245,7 @@ class BodiesDefinition(Definition):
 
     @model_validator(mode="after")
     def _check_bodies(self) -> "BodiesDefinition":
+        """Refuse moments in the grid beside bodies, and shared values that are given twice or not at all."""
         problems = [p for name in MOMENTS for p in self._moment_problems(name)]
         problems += [p for name in self.shareable for p in self._shared_problems(name)]
         if problems:
@@ -260,6 +266,7 @@ class BodiesDefinition(Definition):
             yield self._grid_problem(name, "is missing")
 
     def _shared_problems(self, name: str) -> Iterator[Problem]:
+        """Yield the problems of a value that stands in the grid or in every body."""
         entry = getattr(self.grid, name)
         own_values = [body for body in self.bodies if getattr(body, name) is not None]
         if own_values and len(own_values) == len(self.bodies):

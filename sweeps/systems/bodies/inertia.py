@@ -97,6 +97,7 @@ def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDI
 
 
 def _check_symmetry(matrix: np.ndarray) -> None:
+    """Raise an InertiaError for a matrix that is not 3 by 3, finite and symmetric to rounding."""
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
         raise InertiaError(display(matrix.tolist()), "is not a tensor of inertia", "3 rows of 3 finite numbers")
     gaps = np.abs(matrix - matrix.T)

@@ -70,6 +70,7 @@ def _without_equal_corners(faces: np.ndarray) -> np.ndarray:
 
 
 def _edges_of(faces: np.ndarray, num_vertices: int) -> Edges:
+    """Return the edges of triangles, each with its triangles and the sense in which they run along it."""
     starts, ends = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     keys = np.minimum(starts, ends) * num_vertices + np.maximum(starts, ends)
     order = np.argsort(keys, kind="stable")

@@ -71,6 +71,7 @@ def _numbers(words: tuple[str, ...], unit: str, is_size: bool = False) -> Before
     allowed = f"{len(words)} numbers{' > 0' if is_size else ''} in {unit}, up to 1e30 ({', '.join(words)})"
 
     def check(value: Any) -> tuple[float, ...]:
+        """Return as many amounts as there are words; refuse amounts out of range."""
         values = value if isinstance(value, tuple | list) else (value,)
         amounts = tuple(finite(each, allowed, unit) for each in values)
         is_small = all(abs(amount) <= MAX_COORDINATE for amount in amounts)
@@ -180,6 +181,7 @@ class Part(Strict):
     @model_validator(mode="before")
     @classmethod
     def _mesh_as_body(cls, values: object) -> object:
+        """Return a part of the kind mesh as one of the kind body, with the mesh's mass or density."""
         if not isinstance(values, Mapping) or "mesh" not in values:
             return values
         mesh = values["mesh"] if isinstance(values["mesh"], Mapping) else {"file": values["mesh"]}
@@ -189,6 +191,7 @@ class Part(Strict):
 
     @model_validator(mode="after")
     def _check_mass(self) -> "Part":
+        """Refuse a part of no kind or of several, and one without the mass that its kind needs."""
         kinds = [name for name in KINDS if getattr(self, name) not in (None, False)]
         if len(kinds) != 1:
             problem = f"has {' and '.join(kinds)}" if kinds else "has no shape"
@@ -231,6 +234,7 @@ _STATES = "a mapping of states to mappings of parts to mappings of the keys that
 
 
 def _check_states(value: object) -> object:
+    """Refuse states that are no mappings of parts to changed keys."""
     states: Iterable[Any] = value.values() if isinstance(value, Mapping) and value else [0]
     if not all(isinstance(changes, Mapping | None) for changes in states) or not all(
         isinstance(keys, Mapping) for changes in states for keys in (changes or {}).values()
@@ -256,6 +260,7 @@ class Assembly(Strict):
 
     @model_validator(mode="after")
     def _check_names(self) -> "Assembly":
+        """Refuse states of unknown parts, and a spin of zero."""
         names = [part.name for part in self.parts]
         for state, changes in self.states.items():
             for name in set(changes or ()) - set(names):

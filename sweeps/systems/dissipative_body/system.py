@@ -208,6 +208,7 @@ def solve(point: Point, end: float, tolerance: float, attitude: tuple[float, ...
     share = moments[0] / moments
 
     def slope(time, state):
+        """Return the rates of the direction of L and, if followed, of the attitude's quaternion."""
         direction = state[:3]
         omega = share * direction
         rate = omega + loss * (direction @ CROSS @ omega)

@@ -151,6 +151,7 @@ def find_part_margins(body: UncertainParts) -> dict[str, dict[str, Any] | None]:
         for name, entry, changes, step in searches:
 
             def has_changed(values: np.ndarray, joined: list = joined, step: np.ndarray = step) -> np.ndarray:
+                """Return for which relative or absolute changes of the part the word differs."""
                 masses, places = (np.repeat(each[None], len(values), axis=0) for each in joined[:2])
                 masses[:, 0] *= 1.0 if step.any() else 1.0 + values
                 places[:, 0] += values[:, None] * step
