@@ -80,7 +80,7 @@ def test_an_unstable_motion_is_followed_by_its_full_equations(visit, pages):
     grid = {"radius": [0.5, 1.0, 1.5], "spin_rate": [2.0, 6.0]}
     ds = sweeps.survey({"system": "bead_on_hoop", "grid": grid})
     report.write_report(ds, pages / "hoop.html")
-    tab = visit(pages / "hoop.html", "#radius=1&spin_rate=6&equilibrium=bottom")
+    tab = visit(pages / "hoop.html", "#radius=1&spin_rate=6&equilibrium=bottom&_x=radius&_y=spin_rate")
     times, theta = tab.page.evaluate("[polhode.map.mode.times, polhode.map.mode.followed[0]]")
     slope = lambda t, y: [y[1], (36.0 * math.cos(y[0]) - 9.80665) * math.sin(y[0])]  # noqa: E731
     start = tab.page.evaluate("polhode.map.mode.motion[0]")

@@ -1,6 +1,6 @@
 """Linear systems of more coordinates than a described system has, by their eigenvalues."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -35,6 +35,11 @@ class LinearSystem(system.RelativeEquilibrium):
     def describes(description: "mechanics.System") -> bool:
         """Return True if a description has matrices of many coordinates."""
         return description.linear_matrices is not None
+
+    @classmethod
+    def holds(cls, variables: Collection[str]) -> bool:
+        """Return True for variables of relative equilibria without positions, which are 0 here."""
+        return super().holds(variables) and not any(name.endswith("_equilibrium") for name in variables)
 
     def _model(self):
         from sweeps.mechanics.linear_model import LinearModel
