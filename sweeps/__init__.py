@@ -360,7 +360,7 @@ def certify(
         run: a file (.csv, .parquet, .nc, or .aem: CCSDS AEM), a DataFrame, a Dataset, or a mapping of names to arrays,
             with a time and with attitudes or angular velocity in the body's axes, or both.
         body: as `body` takes it.
-        tolerance: allowed error of attitudes, rad, and of rates relative to |omega| of the first row.
+        tolerance: allowed error of attitudes, rad, and of rates relative to the size of omega of the first row.
         fit_start: whether the exact motion is fitted to all rows; else it begins at the first row. Of attitudes alone
             the rates at the start are fitted.
         frame: "inertial", or "local": the frame of the attitudes turns at `frame_rate` about `frame_axis`.

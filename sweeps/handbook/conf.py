@@ -30,7 +30,10 @@ nb_output_stderr = "remove"
 nb_merge_streams = True  # all that a cell prints is one box
 nb_code_prompt_show = "What it prints"
 nb_code_prompt_hide = "What it prints"
-suppress_warnings = ["ref.python"]  # words of docstrings' types, "shape (n,)", that happen to be attributes' names too
+suppress_warnings = [
+    "ref.python",  # words of docstrings' types, "shape (n,)", that happen to be attributes' names too
+    "misc.highlighting_failure",  # Pygments has no lexer for CSV
+]
 smartquotes = False
 default_role = "code"
 autodoc_typehints = "none"
