@@ -78,7 +78,7 @@ def measure_shapes(model, points, theory: Mapping[str, np.ndarray], sampling, ru
         raw[chunk] = relative.integrate_runs(model, points, theory, chunk, runs, fit)
     propagators = raw[:, MATRIX:].reshape(-1, model.n, model.n)
     if model.equations.natural:
-        propagators = -propagators[:, : model.equations.m, : model.equations.m]  # in ascending order of Ω²
+        propagators = -propagators[:, : model.equations.m, : model.equations.m]  # modes are in ascending order of Ω²
     return find_shapes(model, theory, propagators, raw[:, SPREAD], np.log)
 
 
@@ -161,7 +161,7 @@ def find_shapes(model, theory, matrix, error, logarithm=np.asarray):
     gaps = np.abs(values[:, :, None] - values[:, None])
     gaps[:, range(len(gaps[0])), range(len(gaps[0]))] = np.inf
     errors = error[:, None] * (condition[:, None] / gaps).sum(axis=2)
-    states = vectors if natural else theory["basis"] @ vectors  # in units of the states' sizes
+    states = vectors if natural else theory["basis"] @ vectors  # the unit of a state is its size
     sizes = theory["sizes"][:, : model.equations.m]
     metric = model.landscape.a(theory["parameters"], list(theory["place"].T)) if model.equations.v else None
     return _normalised(states[:, : sizes.shape[1]] * sizes[:, :, None], sizes, metric, errors)

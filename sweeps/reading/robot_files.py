@@ -65,7 +65,7 @@ def read_links(path: str | Path) -> list[Link]:
         return links
     except UnreadableError as error:
         raise DefinitionError(message(str(path), [error.problem])) from None
-    except ValueError as error:  # of SciPy: a quaternion 0, a sequence of Euler angles that is none
+    except ValueError as error:  # SciPy raises it for a quaternion 0 and an unknown sequence of Euler angles
         raise DefinitionError(f"{path}: {error}; allowed: {FORMATS}") from None
 
 

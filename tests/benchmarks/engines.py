@@ -320,7 +320,8 @@ def error(case, q):
 
     p = exact.attitude(*CASES[case], [DURATION])[0]
     products = ((p[j] * q[k] - p[k] * q[j]) for j, k in ((2, 3), (3, 1), (1, 2)))
-    across = [p[0] * y - q[0] * x - z for x, y, z in zip(p[1:], q[1:], products, strict=True)]  # of conjugate(p) q
+    # the vector and the scalar part of conjugate(p) q
+    across = [p[0] * y - q[0] * x - z for x, y, z in zip(p[1:], q[1:], products, strict=True)]
     along = sum(x * y for x, y in zip(p, q, strict=True))
     return math.degrees(2 * math.atan2(math.hypot(*across), abs(along)))
 

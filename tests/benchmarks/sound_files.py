@@ -86,7 +86,7 @@ def columns(engine, moments, start, q0, times):
 
 
 def in_single_precision(run):
-    """The same in single precision, but for the time."""
+    """The motion in single precision, with its times in double precision."""
     return {name: column if name == "time" else column.astype(np.float32) for name, column in run.items()}
 
 

@@ -10,7 +10,7 @@ import sweeps
 
 KINDS = [(word, name) for word, kinds in planted_faults.kinds().items() for name in kinds]
 TIMES = np.linspace(0.0, 30.0, 301)
-QUICK = [  # of searches that no test below shows
+QUICK = [  # these faults need searches that no test below reaches
     ("space_rates", "space"), ("left_handed", "matrix"), ("not_unit", "growing"), ("gap", "missing"), ("gap", "lost"),
     ("torque", "body"),
 ]  # fmt: skip

@@ -111,7 +111,8 @@ def test_critical_values_are_those_that_are_published_or_closed_forms(name):
     assert [*found.kind.values] == [kind for _, _, kind in right]
     for (value, digits, _), change in zip(right, range(len(right)), strict=True):
         at = found.isel(change=change)
-        rounding = 0.5001 * 10.0**-digits  # of the printed digits, or what the closed form leaves out
+        # half a unit of the last digit, which for a closed form allows for the terms that it omits
+        rounding = 0.5001 * 10.0**-digits
         assert abs(at.critical_value - value) <= at.critical_value_error + rounding
         assert abs(at.critical_value_theory - at.critical_value) <= at.critical_value_error
         assert at.critical_value_error < 1e-10 * max(1.0, abs(value))

@@ -80,7 +80,7 @@ def test_shapes_of_random_systems_are_within_their_errors_of_40_digit_eigenvecto
             errors = shapes.errors[point]
             deviations = [deviation(*pair) for pair in zip(shapes.vectors[point], right[order], strict=True)]
             assert (np.array(deviations) <= errors).all()
-            assert (errors < limit).all()  # of modes whose rates are apart; theory's actual error is 1e-14
+            assert (errors < limit).all()  # for modes whose rates are apart; theory's actual error is 1e-14
             np.testing.assert_allclose(shapes.participation[point].sum(axis=1), 1.0, rtol=1e-12)
             leading = np.abs(shapes.vectors[point]) * np.sqrt([1.0, 2.0])
             first = np.argmax(leading >= 0.99 * leading.max(axis=1, keepdims=True), axis=1)

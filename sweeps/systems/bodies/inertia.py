@@ -66,7 +66,7 @@ class Principal:
         from scipy.spatial.transform import Rotation
 
         rotation = Rotation.from_matrix(np.transpose(self.axes))
-        with warnings.catch_warnings(action="ignore"):  # of a pitch of ±90°
+        with warnings.catch_warnings(action="ignore"):  # at a pitch of ±90° roll and yaw are not unique
             rpy = rotation.as_euler("xyz")
         quaternion = rotation.as_quat(canonical=True, scalar_first=True)
         return {"principal_quaternion": quaternion.tolist(), "principal_rpy": rpy.tolist()}

@@ -159,7 +159,7 @@ def _check_size(tensor: np.ndarray, directions: np.ndarray, mass: float, points:
     heights = points @ directions
     edges = np.ptp(points @ np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2].T, axis=0)
     bounds = np.maximum(heights.max(axis=0), 0.0) * np.maximum(-heights.min(axis=0), 0.0)
-    bounds = mass * np.maximum(bounds, 1e-6 * bounds.max())  # of a plate, 1e-3 of its length as thick
+    bounds = mass * np.maximum(bounds, 1e-6 * bounds.max())  # a plate counts as 1e-3 of its length thick
     squares = np.einsum("ij,ik,kj->j", directions, second_moments(tensor), directions)
     filling, density, problems = squares / bounds, mass / (np.prod(edges) or math.inf) or USUAL_DENSITY, []
     if filling.max() > 1 + 1e-6:

@@ -145,7 +145,7 @@ def _piece_of(body: Body, mass: Any) -> Piece:
     centre, rounding = np.zeros(3), inertia.TENSOR_ROUNDING
     if body.solid is not None:
         mass, centre, rounding = body.solid.mass, np.array(body.solid.centre), inertia.MESH_ROUNDING
-    second = sum(body.moments) / 2 - np.array(body.moments)  # about each principal axis
+    second = sum(body.moments) / 2 - np.array(body.moments)  # second moments along the principal axes
     return Piece(mass, centre, (axes.T * second) @ axes / mass, rounding)
 
 

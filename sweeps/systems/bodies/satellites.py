@@ -23,6 +23,11 @@ Bodies: Any = list_of(Body)
 MomentsGrid: Any = grid_model("MomentsGrid", PARAMETERS, __name__)
 
 
+def inertia_ratios(roll: float, pitch: float, yaw: float) -> tuple[float, float]:
+    """Return k1 and k3 of moments about the axes of roll, pitch and yaw."""
+    return (pitch - yaw) / roll, (pitch - roll) / yaw
+
+
 class Satellites(Strict):
     """Bodies with axes 1, 2, 3 along the path (roll), across it (pitch) and down (yaw), or moments about these axes."""
 
@@ -55,7 +60,7 @@ def list_points(values: Mapping, folder: str) -> tuple[dict, bytes] | None:
     writer = csv.writer(text)
     writer.writerow(("name", "k1", "k3"))
     for name, roll, pitch, yaw in rows:
-        ratios = (pitch - yaw) / roll, (pitch - roll) / yaw
+        ratios = inertia_ratios(roll, pitch, yaw)
         if not max(map(abs, ratios)) <= MAX_RATIO:
             reason = f"have k1 = {ratios[0]:.6g} and k3 = {ratios[1]:.6g}"
             allowed = f"possible bodies that are neither flat nor rods: up to ±{MAX_RATIO} each"

@@ -85,7 +85,7 @@ def periods_of_body(
     errors = np.array(_check_pair("sigma_ratios", sigma_ratios, 0.0, "[0, 1]"))[order]
     shapes.refuse_impossible("ratios", (low, middle, 1.0))
     body = _solve_body(periods, low, middle)
-    squares = {"energy": np.zeros(2), "least_ratio": np.zeros(2)}  # of the deviations by one standard error
+    squares = {"energy": np.zeros(2), "least_ratio": np.zeros(2)}  # squared deviations by one standard error
     for step in filter(np.any, np.diag(errors)):
         pairs = [np.sort([low, middle] + sign * step) for sign in (-1, 1)]
         shifted = [_solve_body(periods, *pair) for pair in pairs if 0 < pair[0] <= pair[1] <= 1 <= pair.sum()]

@@ -18,6 +18,7 @@ from typing import Any
 from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import parse_amount
 from sweeps.systems.bodies.inertia import describe_axis
+from sweeps.systems.bodies.satellites import inertia_ratios
 from sweeps.systems.rigid_body.system import SpunBody
 
 MU_EARTH = 398_600.4418  # km3 s-2, gravitational parameter of the Earth; source: IERS Conventions (2010), table 1.1
@@ -53,7 +54,7 @@ def judge_orientation(roll: float, pitch: float, yaw: float) -> tuple[str, list[
 
     The verdict is stable, stable_without_loss, unstable or marginal.
     """
-    roll_ratio, yaw_ratio = (pitch - yaw) / roll, (pitch - roll) / yaw
+    roll_ratio, yaw_ratio = inertia_ratios(roll, pitch, yaw)
     sum_of_squares, product = 1.0 + 3.0 * roll_ratio + roll_ratio * yaw_ratio, 4.0 * roll_ratio * yaw_ratio
     discriminant = sum_of_squares**2 - 4.0 * product
     # the larger square first: the other one is their product over it, without cancellation
