@@ -3,11 +3,11 @@
     python tests/benchmarks/page.py [MAP ...]
 
 prints for each map: bytes of the page; from the first byte to the end of its building, s, the median of several
-openings; a step of every slider, from the event to the picture that follows it, s; the intervals between the frames of
-Play, ms; each with the processor time of the page's main thread, which a busy machine leaves nearly as it is. Without a
-map, the default sweep's (331,776 points) is measured first. The last page is Plotly alone: its script and one heatmap
-of 96 x 96 cells, which bounds the speed of every page. Chromium without a graphics card draws
-with the processor: so a frame includes what a card would do.
+openings; a step of every slider, and of the chosen body dragged over the triangle, from the event to the picture that
+follows it, s; the intervals between the frames of Play, ms; each with the processor time of the page's main thread,
+which a busy machine leaves nearly as it is. Without a map, the default sweep's (331,776 points) is measured first. The
+last page is Plotly alone: its script and one heatmap of 96 x 96 cells, which bounds the speed of every page. Chromium
+without a graphics card draws with the processor: so a frame includes what a card would do.
 """
 
 import base64
@@ -57,6 +57,28 @@ FRAMES = """(wanted) => new Promise((done) => {
     if (button.getAttribute("aria-pressed") !== "true") button.click();
     requestAnimationFrame(look);
 })"""
+
+DRAG = """async ([steps]) => {
+    const painted = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+    const plot = document.getElementById("map"), { left, top } = plot.getBoundingClientRect();
+    const { xaxis, yaxis } = plot._fullLayout;
+    const send = (type, x, y) => {
+        const at = { clientX: left + xaxis._offset + xaxis.d2p(x), clientY: top + yaxis._offset + yaxis.d2p(y) };
+        const pointer = { ...at, bubbles: true, isPrimary: true, pointerId: 1, button: 0 };
+        plot.querySelector(".drag").dispatchEvent(new PointerEvent(type, pointer));
+    };
+    const taken = [];
+    send("pointerdown", 0.2, 0.9);
+    for (let i = 1; i <= steps; i++) {
+        await painted();
+        const begun = performance.now();
+        send("pointermove", 0.2 + (0.5 * i) / steps, 0.9 + 0.05 * Math.sin(i));
+        await painted();
+        taken.push((performance.now() - begun) / 1000);
+    }
+    send("pointerup", 0.7, 0.9);
+    return taken;
+}"""
 
 
 ALONE = """<!DOCTYPE html><meta charset="utf-8"><div id="map" style="width: 520px; height: 470px"></div>
@@ -133,6 +155,9 @@ def measure(browser, path):
     for slider in filter(lambda one: one.is_visible(), page.query_selector_all(SLIDERS)):
         (name, step_times), seconds = window.evaluate(STEP, [slider, STEPS])
         show(f"a step of {name}"[:50], step_times, "s", seconds / STEPS)
+    if page.evaluate("globalThis.polhode?.map.slant != null"):
+        step_times, seconds = window.evaluate(DRAG, [4 * STEPS])
+        show("a step of a drag over the triangle", step_times, "s", seconds / (4 * STEPS))
     if page.locator("#play").count() and page.locator("#play").is_visible():
         page.wait_for_timeout(500)
         frames, seconds = window.evaluate(FRAMES, PLAYED)

@@ -560,17 +560,27 @@ def test_shapes_are_drawn_on_their_triangle(visit, shapes, pages):
 
 
 @pytest.mark.slow
-def test_the_ring_is_dragged_between_the_points_and_back_goes_back(visit, shapes_path):
+@pytest.mark.parametrize("grip", [(0.5, 0.75), (0.31, 0.92)], ids=["ring", "triangle"])
+def test_the_body_is_dragged_between_the_points_and_back_goes_back(grip, visit, shapes_path):
+    """Moments, drawn edges and headline follow the pointer, on whichever possible body the drag begins."""
     tab = visit(shapes_path, "#axis=1&I1_over_I3=0.5&thickness=0.5&I3=1")
     page = tab.page
-    x, y = position_on_map(tab, 0.5, 0.75)
+    x, y = position_on_map(tab, *grip)
     page.wait_for_timeout(200)
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(*position_on_map(tab, 0.62, 0.83))  # at once: a pause of the hand is a step of Back
     page.wait_for_timeout(100)
     page.mouse.up()
-    assert page.evaluate("polhode.state.moments") == pytest.approx([0.62, 0.83, 1.0], abs=0.005)  # of pixels
+    moments = page.evaluate("polhode.state.moments")
+    assert moments == pytest.approx([0.62, 0.83, 1.0], abs=0.005)  # of pixels
+    squares = np.sum(moments) / 2 - np.array(moments)  # mean squares of a box are those of its edges over 12
+    corners = page.evaluate("polhode.motion.faces.flatMap(({ corners }) => corners)")
+    edges = np.ptp(corners, axis=0) ** 2
+    assert edges / edges.max() == pytest.approx(squares / squares.max(), rel=1e-9)  # roundings
+    transverse = 1e-6 * math.cos(0.6), 1e-6 * math.sin(0.6)  # rad/s: epsilon, omega0 and phase of the map
+    period = exact.flip_period(exact.set_up(*moments, 1.0, *transverse))
+    assert page.evaluate("polhode.motion.trajectory.flipPeriod") == pytest.approx(period, rel=1e-9)
     tab.until("location.hash.includes('_moments')")
     page.go_back()
     tab.until("polhode.state.moments === null")

@@ -474,14 +474,18 @@ function cellAt(event) {
 }
 
 const GRIP_RADIUS = 15; // pixels from the ring's centre, within which the ring can be dragged
+const STILL_RADIUS = 6; // pixels; a pointer that moves less between press and release clicks
 
-function isOnRing({ clientX, clientY }) {
+/** Return true if a press can drag the chosen point: on the ring, or on any possible body of the triangle. */
+function isGrip(event) {
+  if (!part.drag || !state.y || event.target.closest(".modebar")) return false;
   const ring = document.getElementById("ring");
   const { left, top } = ring.getBoundingClientRect();
-  return !ring.hidden && Math.hypot(clientX - left, clientY - top) < GRIP_RADIUS;
+  const isOnRing = !ring.hidden && Math.hypot(event.clientX - left, event.clientY - top) < GRIP_RADIUS;
+  return isOnRing || Boolean(theMap.slant && cellAt(event)?.exists);
 }
 
-/** Selects the cell under a click or a tap; the ring is dragged if the system can compute points between cells. */
+/** Selects the cell under a click or a tap; a drag moves the chosen point if the system can compute points between cells. */
 function listenForTaps(target) {
   let [down, dragged] = [null, null];
   const move = () => {
@@ -489,17 +493,20 @@ function listenForTaps(target) {
     if (at) part.drag(at[0], at[1]);
     dragged = null;
   };
+  const isStill = (event) => Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < STILL_RADIUS;
   target.addEventListener("pointerdown", (event) => {
     down = event.isPrimary && event.button === 0 && !event.target.closest(".modebar") ? event : null;
-    if (!down || !part.drag || !state.y || !isOnRing(event)) return;
+    if (!down || !isGrip(event)) return;
     down.drags = true;
     event.preventDefault(); // else Plotly zooms
     event.stopPropagation();
   }, true);
-  target.addEventListener("touchstart", (event) => part.drag && isOnRing(event.touches[0]) && event.preventDefault(), { capture: true, passive: false });
+  target.addEventListener("touchstart", (event) => isGrip(event.touches[0]) && event.preventDefault(), { capture: true, passive: false });
   target.addEventListener("mousedown", (event) => down?.drags && event.stopPropagation(), true);
   target.addEventListener("pointermove", (event) => {
     if (down?.drags) {
+      if (!down.moved && isStill(event)) return;
+      down.moved = true;
       if (!dragged) requestAnimationFrame(move);
       dragged = event;
       return showTip(null);
@@ -509,8 +516,7 @@ function listenForTaps(target) {
   }, true);
   target.addEventListener("pointerleave", () => showTip(null));
   addEventListener("pointerup", (event) => {
-    const still = down && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < 6;
-    const cell = still && event.pointerId === down.pointerId && !down.drags ? cellAt(down) : null;
+    const cell = down && !down.moved && isStill(event) && event.pointerId === down.pointerId ? cellAt(down) : null;
     down = null;
     if (cell?.exists) choose({ place: cell.place });
     else if (cell) showTip(tipLines(theMap.plane.column, cell, theMap.slant), event);

@@ -13,7 +13,8 @@ from sweeps.systems.rigid_body import presets
 _NAMES = ("first.html", "three.html", "bodies.css", "own.css", "bodies.js", "own.js", "part.js")
 FILES = (*turning.FILES, *rates.FILES, TRIANGLE, *(Path(__file__).parent / name for name in _NAMES))
 QUESTION = "Is a spin about each principal axis stable, with which rates, and how accurate are they?"
-ON_PLANE = "Space: play or pause. Black lines: Ω² = 0 in linear theory. Hatched: physically impossible."
+ON_PLANE = "On the triangle a drag changes the body. Space: play or pause. "
+ON_PLANE += "Black lines: Ω² = 0 in linear theory. Hatched: physically impossible."
 IN_TABLE = "★ marks the usual spin axis of a body."
 
 
