@@ -1,8 +1,8 @@
 """Stability of rotating rigid bodies and other mechanical systems: measured maps, motions and answers.
 
-Each command of `polhode` is a function here: `survey`, `open_map`, `point`, `critical`, `body`, `uncertainty`,
-`tumbler`, `motion`, `certify`, `run`; `modes` follows modes, and `content_hash` identifies a map; pictures are in
-`sweeps.plot` and `ds.polhode`. Numbers are in SI units, or text with a unit: "30 rpm".
+Each command of `polhode` is a function here: `survey`, `open_map`, `point`, `critical`, `modes`, `body`, `uncertainty`,
+`tumbler`, `motion`, `certify`, `run`; `content_hash` identifies a map; pictures are in `sweeps.plot` and `ds.polhode`.
+Numbers are in SI units, or text with a unit: "30 rpm".
 
     >>> import sweeps
     >>> ds = sweeps.survey(I1=1.0, I2=2.0, I3=2.5, omega0="60 rpm", axes=[2])
@@ -220,8 +220,9 @@ def modes(
         matrix (of states: over the states' sizes), the first component within 1 % of the largest real and positive;
         `mode_shape_error` and `mode_shape_error_theory`, bounds on the deviation in that norm; all missing where modes
         are equal, so that a shape is not unique. `participation`, Re(conj(x_i) (M x)_i); the measured `eigenvalue_real`
-        and `eigenvalue_imag` (s-1), `damping_ratio` and `log_decrement`; `whirl`, 1 forward, -1 backward, 0 planar, if
-        the system has a plane; with `along` the number of each mode's `curve`, 0 if it is not followed.
+        and `eigenvalue_imag` (s-1) with `eigenvalue_error`, `damping_ratio` and `log_decrement`; `whirl`, 1 forward,
+        -1 backward, 0 planar, if the system has a plane; with `along` the number of each mode's `curve`, 0 if it is not
+        followed.
 
     Raises:
         RefusedError: for a map without modes, and a name or value that the map does not have.

@@ -73,9 +73,11 @@ def root_locus(ds: "xr.Dataset", along: str, at: Mapping | None = None, ax: "Axe
 
 def _draw_modes(drawing: Callable, whole_map, along: str, places: Mapping | None, axes: "Axes | None") -> "Axes":
     """Draw the modes of a map along a parameter."""
-    from sweeps.maps.modes import find_modes
+    from sweeps.maps.modes import select_points
 
-    modes = find_modes(whole_map, along, _check_places(places), None)
+    points = select_points(whole_map, along, _check_places(places), None)
+    points.check_line()
+    modes = points.modes(measured=False)
     return _draw_panel(lambda panel: drawing(modes, panel), "modes", axes)
 
 

@@ -1,4 +1,4 @@
-"""Commands that take a map: show, point, critical, slice, figures, report, verify."""
+"""Commands that take a map: show, point, slice, figures, report, verify."""
 
 import re
 from contextlib import nullcontext
@@ -155,58 +155,6 @@ def _plain_value(variable):
 
 def _value_entries(row, names) -> dict:
     return {name: {"value": _plain_value(row[name]), "units": str(row[name].attrs.get("units", ""))} for name in names}
-
-
-CRITICAL = """\
-Each value of the parameter at which the regime changes, on every line of the map along it, or on those at --DIMENSION
-VALUE (the nearest grid value is used). Values are refined between the grid points by measuring the system again.
-
-  polhode critical results/sleeping_top --along spin_rate --I3 0.6 --moment_of_weight 2
-"""
-
-
-def add_critical(commands) -> None:
-    """Add the command `critical`."""
-    words = "refine the values of a parameter at which the regime changes"
-    command = parser.add(commands, "critical", words, _print_critical_values, CRITICAL, coordinates=True)
-    parser.share(command, "map")
-    command.add_argument("--along", metavar="PARAMETER", required=True, help="the parameter")
-    text = "the map's definition, if its system is a Python file"
-    command.add_argument("--definition", metavar="DEFINITION", help=text)
-    parser.share(command, "--json")
-
-
-def _print_critical_values(args):
-    """Print each change of the regime along a parameter, with its line, as a table or as JSON."""
-    from sweeps.maps.critical_values import find_critical_values
-
-    with progress.announce("measuring between the grid points"):
-        changes = find_critical_values(args.map, args.along, args.coordinates, args.definition, "--")
-    if args.json:
-        printing.print_json({str(name): changes[name].values.tolist() for name in changes.variables})
-        return
-    varied = [str(name) for name in changes.coords if len({*changes[name].values.tolist()}) > 1]
-    table = printing.table(*varied, args.along, "error", "theory", "kind", "regime", "critical mode", "rad s-1")
-    for change in range(changes.sizes["change"]):
-        row = {str(name): variable.values.tolist()[change] for name, variable in changes.variables.items()}
-        places, regimes = (
-            [_format_number(row[name]) for name in varied],
-            f"{row['regime_before']} → {row['regime_after']}",
-        )
-        values = [_format_number(row[f"critical_value{suffix}"], digits) for suffix, digits in VALUE_DIGITS.items()]
-        mode = [str(row["critical_mode"]), _format_number(row["frequency_theory"])]
-        table.add_row(*places, *values, row["kind"], regimes, *mode)
-    printing.console().print(table)
-    count = changes.sizes["change"]
-    print(f"{count} change{'' if count == 1 else 's'} of the regime along {args.along}")
-
-
-def _format_number(value: float | int | str, digits: int = 6) -> str:
-    """Return a value as people read it; all digits are in the JSON."""
-    return str(value) if isinstance(value, str) else "missing" if value != value else f"{value:.{digits}g}"
-
-
-VALUE_DIGITS = {"": 13, "_error": 2, "_theory": 13}  # printed digits of a critical value, its error and theory's
 
 
 SLICE = """\

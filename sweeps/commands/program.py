@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Callable
 
 import sweeps
-from sweeps.commands import bodies, certifying, definitions, maps
+from sweeps.commands import bodies, certifying, definitions, maps, modes
 from sweeps.commands.parser import Parser
 
 DESCRIPTION = """\
@@ -37,7 +37,14 @@ the map differs)
 
 # each adds its command to the parser, in the order of the help
 COMMANDS: tuple[Callable, ...] = (definitions.add_check, definitions.add_run, maps.add_show, maps.add_point)
-COMMANDS += (maps.add_critical, maps.add_slice, bodies.add_body, bodies.add_motion, certifying.add_certify)
+COMMANDS += (
+    modes.add_critical,
+    modes.add_modes,
+    maps.add_slice,
+    bodies.add_body,
+    bodies.add_motion,
+    certifying.add_certify,
+)
 COMMANDS += (
     bodies.add_cases,
     bodies.add_tumbler,

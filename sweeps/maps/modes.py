@@ -31,70 +31,114 @@ MAX_HALVINGS = 24  # halvings of a cell; a veering narrower than that is taken f
 def find_modes(
     stability_map: "xr.Dataset | str | Path", along: str | None, places: Mapping[str, object], definition: str | None
 ) -> "xr.Dataset":
-    """Return the modes of points of a map; see `sweeps.modes`.
+    """Return the modes of points of a map; see `sweeps.modes` and, for the arguments, `select_points`."""
+    return select_points(stability_map, along, places, definition).modes()
+
+
+def select_points(
+    stability_map: "xr.Dataset | str | Path",
+    along: str | None,
+    places: Mapping[str, object],
+    definition: str | None,
+    prefix: str = "",
+) -> "MapPoints":
+    """Return the points of a map of which modes are wanted.
 
     Args:
         stability_map: a map, or its path.
         along: the parameter along which modes are followed; None to follow none.
         places: dimension → value, for dimensions of which one value is chosen.
         definition: that of the map, if its system is a Python file.
+        prefix: precedes names in messages: "--" on the command line.
     """
     if isinstance(stability_map, str | Path):
         with storage.open_map(stability_map) as whole_map:
-            return find_modes(whole_map, along, places, definition)
+            return select_points(whole_map, along, places, definition, prefix)
     slices.check_is_map(stability_map)
     whole_map = slices.with_all_dimensions(stability_map)
     sweep = critical_values.sweep_of(whole_map, definition)
-    if not (spectrum := sweep.system.spectrum):
+    if not sweep.system.spectrum:
         raise RefusedError("map: multipliers have no mode shapes; allowed: a map of modes or of eigenvalues")
     parameters = [dim for dim in sweep.grid.dims if whole_map[dim].dtype.kind == "f"]
     if along is not None and along not in parameters:
-        raise RefusedError(f"along: {along} is no parameter{hint(along, parameters)}; allowed: {', '.join(parameters)}")
-    nearest = selection.nearest_places(whole_map, {name: str(value) for name, value in places.items()})
-    cut = {dim: [place.index] for dim, place in nearest.items() if dim in places and dim not in (along, *spectrum)}
-    points = whole_map.isel(cut).load()
-    dims = [dim for dim in sweep.grid.dims if dim not in (along, *spectrum)] + [along] * (along is not None)
-    return _modes(points.transpose(*dims, ...), sweep, dims, along)
+        allowed = ", ".join(parameters)
+        raise RefusedError(f"{prefix}along: {along} is no parameter{hint(along, parameters)}; allowed: {allowed}")
+    nearest = selection.nearest_places(whole_map, {name: str(value) for name, value in places.items()}, prefix)
+    chosen = {dim: place for dim, place in nearest.items() if dim in places and dim != along}
+    return MapPoints(whole_map, sweep, along, chosen, prefix)
 
 
-def _modes(points: "xr.Dataset", sweep: "Sweep", dims: list[str], along: str | None) -> "xr.Dataset":
-    """Return the modes of all points of a map, with their eigenvalues as the map contains them."""
-    import xarray as xr
+class MapPoints:
+    """Points of a map of which modes are wanted; see `select_points`.
 
-    system, (spectrum,) = critical_values.system_of(sweep), sweep.system.spectrum
-    shape = [points.sizes[dim] for dim in dims]
-    grids = np.meshgrid(*(points[dim].values for dim in dims), indexing="ij")
-    arguments = {dim: grid.ravel() for dim, grid in zip(dims, grids, strict=True)}
-    predicted, measured = system.mode_shapes(arguments, sweep.definition.integration)[:2]
-    rates = system.complex_rates(points)
-    components = [place.name for place in system.mechanism.equations.places]
+    Attributes:
+        sweep: the sweep of the map.
+        along: the parameter along which modes are followed, or None.
+        places: the chosen values.
+        spectrum: the dimension of modes or eigenvalues.
+        points: the map there, with all of its modes or eigenvalues.
+    """
 
-    def variable(values, words, *extra):
-        return (*dims, spectrum, *extra), np.reshape(values, (*shape, *values.shape[1:])), {"long_name": words}
+    def __init__(self, whole_map, sweep: "Sweep", along: str | None, places: Mapping[str, selection.Place], prefix=""):
+        self.sweep, self.along, self.places, self._prefix = sweep, along, places, prefix
+        (self.spectrum,) = sweep.system.spectrum
+        cut = {dim: [place.index] for dim, place in places.items() if dim != self.spectrum}
+        self._dims = [dim for dim in sweep.grid.dims if dim not in (along, self.spectrum)] + [along] * bool(along)
+        self.points = whole_map.isel(cut).transpose(*self._dims, ...).load()
 
-    modes = {}
-    for kind, shapes in (("_theory", predicted), ("", measured)):
-        source = "linear theory" if kind else "measured"
-        for axis_name in ("real", "imag"):
-            words = f"mode shape, {axis_name} part, {source}"
-            modes[f"mode_shape_{axis_name}{kind}"] = variable(getattr(shapes.vectors, axis_name), words, "component")
-        modes[f"mode_shape_error{kind}"] = variable(shapes.errors, f"error of the mode shape, {source}")
-        words = f"share of the kinetic energy in the component, {source}"
-        modes[f"participation{kind}"] = variable(shapes.participation, words, "component")
-        if plane := system.description.given_plane:
-            sense = np.sign(rates.imag.transpose(*dims, spectrum).values.reshape(shapes.errors.shape))
-            turning = sense * _turning(shapes, [components.index(name) for name in plane])
-            modes[f"whirl{kind}"] = variable(turning, f"1 from {plane[0]} to {plane[1]}, -1 back, 0 planar, {source}")
-    coordinates = {dim: points[dim] for dim in (*dims, spectrum)} | {"component": components}
-    dataset = xr.Dataset(modes, coordinates, {"title": points.attrs.get("title", "")})
-    dataset["eigenvalue_real"], dataset["eigenvalue_imag"] = rates.real, rates.imag
-    with np.errstate(all="ignore"):
-        dataset["damping_ratio"] = -rates.real / np.abs(rates)
-        dataset["log_decrement"] = -2.0 * np.pi * rates.real / np.abs(rates.imag).where(rates.imag != 0.0)
-    if along is not None:
-        numbers = _follow(system, sweep, arguments, points[along].values)
-        dataset["curve"] = variable(numbers, f"number of the mode's curve along {along}; 0 if it is not followed")
-    return dataset
+    def check_line(self) -> None:
+        """Refuse several values of a dimension other than the one along which modes are followed."""
+        dims = [dim for dim in self._dims if self.points.sizes[dim] > 1 and dim != self.along]
+        selection.check_places(self.points, dims, self._prefix)
+
+    def modes(self, measured: bool = True) -> "xr.Dataset":
+        """Return the modes of all points, with their eigenvalues as the map contains them.
+
+        Args:
+            measured: False for theory's shapes alone, which need no runs.
+        """
+        import xarray as xr
+
+        points, system = self.points, critical_values.system_of(self.sweep)
+        shape = [points.sizes[dim] for dim in self._dims]
+        grids = np.meshgrid(*(points[dim].values for dim in self._dims), indexing="ij")
+        arguments = {dim: grid.ravel() for dim, grid in zip(self._dims, grids, strict=True)}
+        predicted, fitted = system.mode_shapes(arguments, self.sweep.definition.integration, measured)[:2]
+        rates, rate_errors = system.complex_rates(points)
+        components = [place.name for place in system.mechanism.equations.places]
+        dims = (*self._dims, self.spectrum)
+
+        def variable(values, words, *extra):
+            return (*dims, *extra), np.reshape(values, (*shape, *values.shape[1:])), {"long_name": words}
+
+        modes = {}
+        for kind, shapes in {"_theory": predicted, **({"": fitted} if measured else {})}.items():
+            source = "linear theory" if kind else "measured"
+            for axis_name in ("real", "imag"):
+                words = f"mode shape, {axis_name} part, {source}"
+                values = getattr(shapes.vectors, axis_name)
+                modes[f"mode_shape_{axis_name}{kind}"] = variable(values, words, "component")
+            modes[f"mode_shape_error{kind}"] = variable(shapes.errors, f"error of the mode shape, {source}")
+            words = f"share of the kinetic energy in the component, {source}"
+            modes[f"participation{kind}"] = variable(shapes.participation, words, "component")
+            if plane := system.description.given_plane:
+                sense = np.sign(rates.imag.transpose(*dims).values.reshape(shapes.errors.shape))
+                turning = sense * _turning(shapes, [components.index(name) for name in plane])
+                words = f"1 from {plane[0]} to {plane[1]}, -1 back, 0 planar, {source}"
+                modes[f"whirl{kind}"] = variable(turning, words)
+        coordinates = {dim: points[dim] for dim in dims} | {"component": components}
+        dataset = xr.Dataset(modes, coordinates, {"title": points.attrs.get("title", "")})
+        dataset["eigenvalue_real"], dataset["eigenvalue_imag"] = rates.real, rates.imag
+        dataset["eigenvalue_error"] = rate_errors
+        with np.errstate(all="ignore"):
+            dataset["damping_ratio"] = -rates.real / np.abs(rates)
+            dataset["log_decrement"] = -2.0 * np.pi * rates.real / np.abs(rates.imag).where(rates.imag != 0.0)
+        if self.along is not None:
+            numbers = _follow(system, self.sweep, arguments, points[self.along].values)
+            words = f"number of the mode's curve along {self.along}; 0 if it is not followed"
+            dataset["curve"] = variable(numbers, words)
+        place = self.places.get(self.spectrum)
+        return dataset if place is None else dataset.isel({self.spectrum: [place.index]})
 
 
 def _turning(shapes, plane):

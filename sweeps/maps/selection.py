@@ -183,12 +183,17 @@ def select_point(
         slices.check_is_map(whole_map)
         places = nearest_places(whole_map, {name: str(value) for name, value in requested.items()}, prefix)
         spectrum_dims = {*systems.of_map(whole_map).spectrum, *extra_dimensions(whole_map)}
-        if dims := [dim for dim in open_dimensions(whole_map, places) if dim not in spectrum_dims]:
-            allowed = f"a value for each, {how_to_choose(whole_map, dims, prefix)}"
-            file_name = f"{ds}: " if whole_map is not ds else ""
-            problem = f"{len(dims)} dimension{'s have' if dims[1:] else ' has'} no value"
-            raise SelectionError(f"{file_name}{problem} ({', '.join(dims)}); allowed: {allowed}")
+        dims = [dim for dim in open_dimensions(whole_map, places) if dim not in spectrum_dims]
+        check_places(whole_map, dims, prefix, f"{ds}: " if whole_map is not ds else "")
         return select_places(whole_map, places).load(), places
+
+
+def check_places(ds: "xr.Dataset", dims: list[str], prefix: str, file_name: str = "") -> None:
+    """Refuse dimensions without a value; `file_name` and `prefix` begin the message and the dimensions in it."""
+    if dims:
+        allowed = f"a value for each, {how_to_choose(ds, dims, prefix)}"
+        problem = f"{len(dims)} dimension{'s have' if dims[1:] else ' has'} no value"
+        raise SelectionError(f"{file_name}{problem} ({', '.join(dims)}); allowed: {allowed}")
 
 
 def how_to_choose(ds: "xr.Dataset", dims: list[str], prefix: str = "") -> str:

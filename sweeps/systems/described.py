@@ -120,7 +120,7 @@ class Described(Dynamics):
         return predicted, mode_shapes.measure_shapes(model, points, theory, sampling, runs), states
 
     def complex_rates(self, columns: Any) -> Any:
-        """Return the measured eigenvalues of points, or iΩ and growth rates of modes, s-1, complex."""
+        """Return the measured eigenvalues of points, or iΩ and growth rates of modes, complex, and errors, s-1."""
         raise NotImplementedError
 
     def constants(self) -> dict[str, Any]:

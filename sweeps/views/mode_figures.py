@@ -9,18 +9,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweeps.figure import canvas, colors, wording
-from sweeps.schema.refusals import RefusedError
 
 SPEED_UNITS = ("rad s-1", "1 s-1", "s-1")  # units of a parameter with order lines: its multiples are frequencies
 HEADROOM = 1.12  # upper end of the frequencies, relative to the largest, which leaves room for the crossings' values
 CELL = (4.6, 3.4)  # inches, width and height of a panel
 
 
-def draw_campbell(modes: xr.Dataset, along: str, orders: Iterable[float], axes: Axes | None = None) -> Figure:
+def draw_campbell(
+    modes: xr.Dataset, along: str, orders: Iterable[float] = (1, 2), axes: Axes | None = None
+) -> Figure:
     """Draw frequency and damping ratio of each mode over a parameter, and order lines with their crossings.
 
     Args:
-        modes: of `sweeps.modes`, followed along the parameter.
+        modes: of `sweeps.modes`, of one line, followed along the parameter.
         along: the parameter.
         orders: multiples of the parameter that are drawn as lines of frequency, if it is a rate of rotation.
         axes: Axes to draw in; None for a new figure.
@@ -73,8 +74,6 @@ def draw_root_locus(modes: xr.Dataset, along: str, axes: Axes | None = None) -> 
 
 def _curves(modes: xr.Dataset, along: str) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield (values, eigenvalues) of each mode of frequency ≥ 0, by its curve; of conjugate curves one."""
-    if lengths := [str(dim) for dim in modes["curve"].dims[:-2] if modes.sizes[dim] > 1]:
-        raise RefusedError(f"at: {', '.join(lengths)}: several values are left; allowed: one value of each")
     rates = (modes["eigenvalue_real"] + 1j * modes["eigenvalue_imag"]).values.reshape(modes.sizes[along], -1)
     curves = modes["curve"].values.reshape(rates.shape)
     for number in range(1, rates.shape[1] + 1):

@@ -1,12 +1,16 @@
 """Mode shapes against closed forms and 40-digit eigenvectors, and modes that are followed along a parameter."""
 
+import json
+
 import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from PIL import Image
 
 import sweeps
 from sweeps import systems
+from sweeps.__main__ import main
 from sweeps.maps.critical_values import sweep_of
 from sweeps.mechanics import System, mode_shapes, relative
 from sweeps.mechanics.linear_model import LinearModel
@@ -162,3 +166,44 @@ def test_whirl_damping_and_refusals():
     assert systems.resolve("rotor").description.given_plane == ("x", "y")
     with pytest.raises(ValueError, match="allowed: x, y"):
         two_coordinates(True).plane(sp.Symbol("x"), sp.Symbol("z"))
+
+
+def test_the_command_prints_modes_and_writes_tables_and_pictures(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    grid = "stiffness_y: [1.0, 1.3]\n  spin_rate: {start: 0.5, stop: 2.0, num: 4}\n"
+    (tmp_path / "shaft.yaml").write_text(f"system: rotor\ngrid:\n  {grid}")
+    sweeps.run("shaft.yaml")
+    capsys.readouterr()
+
+    def output(*words):
+        assert main(["modes", "results/shaft", "--stiffness_y", "1", *words]) == 0
+        return capsys.readouterr().out
+
+    point = sweeps.modes("results/shaft", stiffness_y=1.0, spin_rate=1.0).squeeze()
+    lines = output("--spin_rate", "1.1").splitlines()
+    rows = [line.split() for line in lines if "ward" in line]
+    for row, number in zip(rows, (3, 4), strict=True):  # of conjugate modes one is printed
+        mode = point.sel(eigenvalue=number)
+        values = [mode[name].item() for name in ("eigenvalue_imag", "eigenvalue_real")]
+        np.testing.assert_allclose([float(word) for word in row[1:3]], values, rtol=1e-8)
+    assert [row[-1] for row in rows] == ["backward", "forward"]
+    assert sum(line.split()[1:3] == ["y", "0.707107"] for line in lines) == 2
+    assert "spin_rate = 1 rad s-1 (nearest to 1.1)" in lines
+    facts = json.loads(output("--spin_rate", "1", "--json"))["data_vars"]
+    assert facts["damping_ratio"]["data"] == point.damping_ratio.values.tolist()
+    curves = [line.split()[1] for line in output("--along", "spin_rate").splitlines() if "ward" in line]
+    assert curves == ["3"] * 4 + ["4"] * 4
+    assert output("--along", "spin_rate", "-o", "modes.csv").splitlines()[-1] == "modes.csv"
+    assert len((tmp_path / "modes.csv").read_text().splitlines()) == 1 + 4 * 4 * 2  # speeds, eigenvalues, components
+    widths = []
+    for words in ([], ["--root-locus"]):
+        output("--along", "spin_rate", "-o", "picture.png", *words)
+        widths.append(Image.open("picture.png").width)
+    assert widths[0] > 1.5 * widths[1]  # two panels and one
+    for words, message in [
+        (["results/shaft", "--spin_rate", "1"], "1 dimension has no value (stiffness_y)"),
+        (["results/shaft", "--along", "spn_rate"], "--along: spn_rate is no parameter (did you mean spin_rate?)"),
+        (["results/shaft", "--along", "spin_rate", "-o", "a.gif"], "unknown format"),
+    ]:
+        assert main(["modes", *words]) == 2
+        assert message in capsys.readouterr().err

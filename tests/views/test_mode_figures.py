@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sweeps
-from sweeps.schema.refusals import RefusedError
+from sweeps.maps.selection import SelectionError
 
 
 @pytest.fixture(scope="module")
@@ -32,5 +32,5 @@ def test_root_locus_has_the_eigenvalues_and_a_second_parameter_is_refused(foucau
     paths = [line for line in ax.lines if line.get_marker() == "."]
     imaginary = foucault.eigenvalue_imag.squeeze().values
     assert sum(len(line.get_xdata()) for line in paths) == (imaginary >= 0.0).sum()
-    with pytest.raises(RefusedError, match="at: length: several values are left"):
+    with pytest.raises(SelectionError, match=r"1 dimension has no value \(length\)"):
         sweeps.plot.campbell(sweeps.survey(system="foucault", length=[1.0, 2.0], spin_rate=[0.5, 1.0]), "spin_rate")

@@ -202,8 +202,10 @@ class Oscillator(Described):
         return np.ones(len(columns["status"]), dtype=np.int64), np.zeros(len(columns["status"]))
 
     def complex_rates(self, columns: Any) -> Any:
-        """Return iΩ of each mode, or its growth rate."""
-        return np.sqrt(-columns["omega_squared_reduced"] + 0j)
+        """Return iΩ of each mode, or its growth rate, and an error: √a and √b differ by |a - b|/√|a| at most."""
+        square, error = columns["omega_squared_reduced"], columns["omega_squared_reduced_error"]
+        with np.errstate(all="ignore"):
+            return np.sqrt(-square + 0j), np.fmin(error / np.sqrt(np.abs(square)), np.sqrt(error))
 
     def columns(self, points: Mapping[str, np.ndarray], integration: OscillatorIntegration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.normal_modes`."""

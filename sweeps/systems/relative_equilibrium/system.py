@@ -162,8 +162,9 @@ class RelativeEquilibrium(Described):
         return invariants.fastest_mode(columns["eigenvalue_real_theory"], columns["eigenvalue_imag_theory"])
 
     def complex_rates(self, columns: Any) -> Any:
-        """Return the measured eigenvalues."""
-        return columns["eigenvalue_real"] + 1j * columns["eigenvalue_imag"]
+        """Return the measured eigenvalues and their errors."""
+        errors = np.hypot(columns["eigenvalue_real_error"], columns["eigenvalue_imag_error"])
+        return columns["eigenvalue_real"] + 1j * columns["eigenvalue_imag"], errors
 
     def columns(self, points: Mapping[str, np.ndarray], integration: FlowIntegration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.relative`."""
