@@ -15,9 +15,7 @@ HEADROOM = 1.12  # upper end of the frequencies, relative to the largest, which 
 CELL = (4.6, 3.4)  # inches, width and height of a panel
 
 
-def draw_campbell(
-    modes: xr.Dataset, along: str, orders: Iterable[float] = (1, 2), axes: Axes | None = None
-) -> Figure:
+def draw_campbell(modes: xr.Dataset, along: str, orders: Iterable[float] = (1, 2), axes: Axes | None = None) -> Figure:
     """Draw frequency and damping ratio of each mode over a parameter, and order lines with their crossings.
 
     Args:
