@@ -2,11 +2,6 @@
 
 Shapes are computed for the points that are requested, from the matrices and the runs that made the map's rates, not
 stored in it: they are derived from the same numbers, and most readers of a map need none.
-
-Curves: along a parameter a mode continues the mode at the neighbouring value with which its state (shape, and shape
-times rate) overlaps most. Between values where states change by more than MAX_CHANGE of their distance from the next
-mode, or where two modes exchange their order, theory is evaluated halfway: at a veering states turn into each other,
-and the order stays; at a crossing they do not, down to 2^-MAX_HALVINGS of a cell. So curves do not depend on the grid.
 """
 
 from collections.abc import Mapping
@@ -17,15 +12,12 @@ import numpy as np
 
 from sweeps.maps import critical_values, selection, slices, storage
 from sweeps.schema.refusals import RefusedError, hint
-from sweeps.systems.described import Described
+from sweeps.systems import mode_curves
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from sweeps.points.sweep import Sweep
-
-MAX_CHANGE = 0.25  # distance 1 - overlap of a mode from its continuation, relative to its distance from other modes
-MAX_HALVINGS = 24  # halvings of a cell; a veering narrower than that is taken for a crossing
 
 
 def find_modes(
@@ -103,7 +95,8 @@ class MapPoints:
         shape = [points.sizes[dim] for dim in self._dims]
         grids = np.meshgrid(*(points[dim].values for dim in self._dims), indexing="ij")
         arguments = {dim: grid.ravel() for dim, grid in zip(self._dims, grids, strict=True)}
-        predicted, fitted = system.mode_shapes(arguments, self.sweep.definition.integration, measured)[:2]
+        integration = self.sweep.definition.integration if measured else None
+        predicted, fitted = system.mode_shapes(arguments, integration)[:2]
         rates, rate_errors = system.complex_rates(points)
         components = [place.name for place in system.mechanism.equations.places]
         dims = (*self._dims, self.spectrum)
@@ -134,7 +127,7 @@ class MapPoints:
             dataset["damping_ratio"] = -rates.real / np.abs(rates)
             dataset["log_decrement"] = -2.0 * np.pi * rates.real / np.abs(rates.imag).where(rates.imag != 0.0)
         if self.along is not None:
-            numbers = _follow(system, self.sweep, arguments, points[self.along].values)
+            numbers = mode_curves.follow_modes(system, arguments)
             words = f"number of the mode's curve along {self.along}; 0 if it is not followed"
             dataset["curve"] = variable(numbers, words)
         place = self.places.get(self.spectrum)
@@ -152,59 +145,3 @@ def _turning(shapes, plane):
     with np.errstate(invalid="ignore"):
         is_planar = np.abs(moment) <= 4.0 * shapes.errors * np.sqrt(size * size.max()) + 1e-9 * size
     return np.where(np.isnan(moment), np.nan, np.where(is_planar, 0.0, np.sign(moment)))
-
-
-def _follow(system: Described, sweep: "Sweep", arguments: dict, values: np.ndarray) -> np.ndarray:
-    """Return the number of each mode's curve along the last of the arguments, shape (points, modes); 0 if unknown."""
-    along = [*arguments][-1]
-    starts = {name: column[:: values.size] for name, column in arguments.items() if name != along}
-
-    def states_at(lines, nodes):
-        """Return the states of all modes at values of the parameter on lines, shape (points, modes, components)."""
-        at_nodes = {name: column[lines] for name, column in starts.items()} | {along: nodes}
-        return system.mode_shapes(at_nodes, sweep.definition.integration, measured=False)[2]
-
-    lines = np.repeat(np.arange(arguments[along].size // values.size), values.size)
-    on_grid = np.tile(values, lines.size // values.size)
-    grid_lines, grid_states = lines, states_at(lines, on_grid)
-    is_whole = np.isfinite(grid_states).all(axis=(1, 2))  # no two modes are equal
-    lines, nodes, states = lines[is_whole], on_grid[is_whole], grid_states[is_whole]
-    for _halving in range(MAX_HALVINGS):
-        is_certain, numbers = _continues(states[:-1], states[1:])
-        is_open = ~is_certain.all(axis=1) | (numbers != range(states.shape[1])).any(axis=1)  # a crossing, or a veering
-        is_open &= np.diff(lines) == 0
-        if not is_open.any():
-            break
-        new_lines, middle = lines[:-1][is_open], 0.5 * (nodes[:-1] + nodes[1:])[is_open]
-        new_states = states_at(new_lines, middle)
-        is_whole = np.isfinite(new_states).all(axis=(1, 2))
-        lines, nodes = np.append(lines, new_lines[is_whole]), np.append(nodes, middle[is_whole])
-        order, states = np.lexsort((nodes, lines)), np.concatenate([states, new_states[is_whole]])
-        lines, nodes, states = lines[order], nodes[order], states[order]
-    is_certain, numbers = _continues(states[:-1], states[1:])
-    curves = np.tile(np.arange(1, grid_states.shape[1] + 1), (lines.size, 1))
-    for node in np.flatnonzero(np.diff(lines) == 0):
-        curves[node + 1, numbers[node]] = np.where(is_certain[node], curves[node], 0)
-    result = np.zeros(grid_states.shape[:2], dtype=np.int64)
-    for row, (line, value) in enumerate(zip(grid_lines, on_grid, strict=True)):
-        members = np.flatnonzero(lines == line)
-        if members.size:
-            nearest = members[np.abs(nodes[members] - value).argmin()]
-            is_continued, number = _continues(states[nearest][None], grid_states[row][None])
-            result[row, number[0]] = np.where(is_continued[0], curves[nearest], 0)
-    return result
-
-
-def _continues(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return whether each first mode's continuation among the second modes is certain, and the continuation's index."""
-    from scipy.optimize import linear_sum_assignment
-
-    def overlaps(left, right):
-        return np.nan_to_num(np.abs(np.einsum("pic,pjc->pij", left.conj(), right)))
-
-    across, diagonal = overlaps(first, second), range(first.shape[1])
-    number = np.array([linear_sum_assignment(-each)[1] for each in across]).reshape(across.shape[:2]).astype(int)
-    continued = np.take_along_axis(across, number[..., None], axis=2)[..., 0]
-    rivals = np.nan_to_num(overlaps(first, first))
-    rivals[:, diagonal, diagonal] = 0.0
-    return 1.0 - continued <= MAX_CHANGE * (1.0 - rivals.max(axis=2)), number

@@ -96,14 +96,14 @@ class Described(Dynamics):
         """Return number and frequency (rad s-1) of the mode of each point that grows fastest, by linear theory."""
 
     def mode_shapes(
-        self, arguments: Mapping[str, np.ndarray], integration: Any, measured: bool = True
+        self, arguments: Mapping[str, np.ndarray], integration: Any = None
     ) -> "tuple[ModeShapes, ModeShapes, np.ndarray]":
         """Return predicted shapes, measured shapes, and theory's states of points with equilibria.
 
         Args:
             arguments: parameters, `epsilon` and `equilibrium` of points, shape (points,).
-            integration: length, sampling and accuracy of the runs.
-            measured: False to integrate no motion, and return the predicted shapes twice.
+            integration: length, sampling and accuracy of the runs; None to integrate no motion, and to return the
+                predicted shapes twice.
         """
         from kernels.flow.runs import Sampling
         from sweeps.mechanics import mode_shapes, relative
@@ -112,7 +112,7 @@ class Described(Dynamics):
         theory = relative.theory(model, points)
         predicted = mode_shapes.predict_shapes(model, theory)
         states = mode_shapes.complete_states(model, theory, predicted)
-        if not measured:
+        if integration is None:
             return predicted, predicted, states
         self._load_code()
         sampling = Sampling.of(integration.rotations, integration.samples_per_rotation, integration.tolerance)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import sweeps
 from kernels.estimator.statuses import EQUILIBRIUM_UNDECIDED, NO_EQUILIBRIUM, NON_FINITE
 from sweeps.figure import canvas, sheets
 from sweeps.systems.oscillator.presentation import figure_oscillations
@@ -153,3 +154,17 @@ def test_a_map_of_more_values_than_can_be_seen_is_thinned():
     figure = figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))
     (mesh,) = [c for ax in figure.axes for c in ax.collections if c.get_gid() == "measured"]
     assert max(mesh.get_array().shape) <= planes.MAX_DRAWN < square.shape[0]
+
+
+def test_orbits_have_frequencies_over_the_orbital_rate_mode_by_mode():
+    exponents = np.linspace(-1.75, 3.25, 21)
+    panel = sweeps.plot.oscillations(sweeps.survey(system="central_potential", exponent=exponents))
+    lines = {line.get_label().partition(",")[0]: line for line in panel.lines if line.get_gid() in ("mode", "equal")}
+    apart = exponents[exponents != -1.0]
+    for label, x, ratio in (
+        ("radial oscillation", apart, np.sqrt(apart + 2.0)),
+        ("tilt of the orbit", apart, np.ones(apart.size)),
+        ("equal modes", [-1.0, -1.0], [1.0, 1.0]),
+    ):
+        np.testing.assert_allclose(lines[label].get_data(), [x, ratio], rtol=1e-8)  # error of the measured rates
+    assert [text.get_text() for text in panel.texts] == ["Kepler: 1, closed orbits", "Hooke: 2, closed orbits"]

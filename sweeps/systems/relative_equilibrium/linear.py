@@ -71,7 +71,7 @@ class LinearSystem(system.RelativeEquilibrium):
         return {name: variable for name, variable in super().variables(definition).items() if name not in places}
 
     def mode_shapes(
-        self, arguments: Mapping[str, np.ndarray], integration: Any, measured: bool = True
+        self, arguments: Mapping[str, np.ndarray], integration: Any = None
     ) -> "tuple[ModeShapes, ModeShapes, np.ndarray]":
         """Return predicted shapes, measured shapes, and theory's states, as of `Described.mode_shapes`."""
         from sweeps.mechanics import mode_shapes, relative
@@ -79,7 +79,7 @@ class LinearSystem(system.RelativeEquilibrium):
         theory = relative.theory(self.mechanism, self.slots(arguments))
         predicted = mode_shapes.predict_shapes(self.mechanism, theory)
         states = mode_shapes.complete_states(self.mechanism, theory, predicted)
-        return predicted, self.mechanism.mode_shapes(theory) if measured else predicted, states
+        return predicted, self.mechanism.mode_shapes(theory) if integration else predicted, states
 
     def _load_code(self):
         """Return at once: there is no generated code to load."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from sweeps.schema.datasets import Dataset
 from sweeps.systems import rates
 from sweeps.systems.oscillator.system import ANIMATED
-from sweeps.systems.presentation import Animations, Page, Presentation, moving
+from sweeps.systems.presentation import Animations, Drawings, Page, Presentation, moving
 from sweeps.systems.presentation.appearance import Appearance, Compared, Symbol
 
 APPEARANCE = Appearance(symbols={"epsilon": Symbol(r"$\varepsilon$", "ε"), "phase": Symbol(r"$\varphi$", "φ")})
@@ -24,6 +24,12 @@ class OscillatorPresentation(Presentation):
     base_page = Page(_FILES, "Where are the equilibria, are they stable, and how accurate are the rates?")
     figure_paths = (("oscillations", "figure_oscillations.draw"),)
     compared = (Compared(("frequency",), "oscillates in theory"), Compared(("growth_rate",), "grows in theory"))
+
+    def figures(self, ds: Dataset) -> Drawings:
+        """Return the figures; a map of central potentials over the exponent has rates over the orbital rate."""
+        has_exponents = self.system.name == "central_potential" and ds.sizes["exponent"] > 1
+        orbits = {"oscillations": self.drawing("figure_orbits.draw", ds, self.system)} if has_exponents else {}
+        return super().figures(ds) | orbits
 
     def page(self, ds: Dataset) -> Page:
         """Return the motion of one mode, and the equilibria."""
