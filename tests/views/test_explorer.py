@@ -25,6 +25,7 @@ from report_pages import (
 
 import sweeps
 from kernels.free import exact
+from sweeps import __main__ as main
 from sweeps import systems
 from sweeps.figure.colors import in_light
 from sweeps.handbook import gallery
@@ -614,34 +615,78 @@ def test_a_lecture_of_five_steps_fits_the_screen_in_large_letters(visit, shapes_
     assert page.locator("#own").is_visible()
 
 
+SIZES = [(1920, 1080), (1280, 720), (390, 844)]
+DIGITS = {"rel": 5e-7}  # six of them
+
+
+def assert_step_is_that_of_the_command(page, step, epsilon):
+    """Compare the motion shown at a step, about each axis, with `polhode body`."""
+    moments, omega0, axis, shaken = page.evaluate(
+        "(({ moments, omega0, axis, shaken }) => [moments, omega0, axis, shaken])(polhode.motion)"
+    )
+    axes = sweeps.body(moments, omega0=omega0, epsilon=epsilon).facts["axes"]
+    outcomes = page.evaluate(
+        "([I, w, e]) => [1, 2, 3].map((axis) => polhode.axisOutcome(I, axis, w, e, 0.6))", [moments, omega0, epsilon]
+    )
+    for outcome, expected in zip(outcomes, axes, strict=True):
+        period = expected["flip_period"] or expected["wobble_period"]
+        assert outcome["period"] == pytest.approx(period, **DIGITS)
+        assert step != 4 or f"{period:.4g} s" in page.inner_text(f"#outcome-{expected['axis']}").replace("\xa0", " ")
+    expected = axes[axis - 1]
+    if step < 5:
+        period = float(page.locator("#flip-period").get_attribute("value"))
+        assert period == pytest.approx(expected["flip_period"], **DIGITS)
+        assert f"flips every {period:.4g} s" in page.inner_text("#say").replace("\xa0", " ")
+    else:
+        assert shaken["frequency"] == pytest.approx(4 * math.pi / expected["euler_period"], **DIGITS)
+        assert "wobble grows" in page.inner_text("#say")
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("size", [(1920, 1080), (1280, 720), (390, 844)])
-def test_a_typed_body_goes_through_the_lecture_and_stays(size, visit, plane_path):
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("values", [(3.0, 1.0, 3.5), (7.15, 14.67, 0.74, 0.17228)], ids=["moments", "box"])
+def test_a_typed_body_goes_through_the_lecture_and_stays(values, size, visit, plane_path):
+    """Three moments, kg m2, or the edges, cm, and the mass, kg, of a box; axis 1 is the intermediate one of both."""
     page = visit(plane_path, viewport=dict(zip(("width", "height"), size, strict=True))).page
-    moments, epsilons = (3.0, 1.0, 3.5), {1: 0.01, 2: 0.3, 4: 0.1}  # axis 1 is the intermediate one
-    for name, value in zip(("I1", "I2", "I3"), moments, strict=True):
+    fields = ("I1", "I2", "I3", "mass")[: len(values)]
+    page.select_option("#own-by", "box" if "mass" in fields else "moments")
+    for name, value in zip(fields, values, strict=True):
         page.fill(f"#own-{name}", str(value))
-    omega0 = float(re.search(r"omega0=([\d.]+)", page.evaluate("polhode.link()"))[1])
     page.click("#lecture")
-    for step in range(1, 6):
+    for step, epsilon in enumerate((0.01, 0.3, 0.01, 0.1, 0.05), 1):
         page.wait_for_timeout(300)
-        headline = page.inner_text("#say").replace("\N{NO-BREAK SPACE}", " ")
-        if step in epsilons:
-            transverse = [omega0 * epsilons[step] * f(0.6) for f in (math.cos, math.sin)]  # 0.6 rad: the usual phase
-            period = exact.flip_period(exact.set_up(*moments, omega0, *transverse))
-            assert f"your body flips every {period:.4g} s" in headline
-        assert "wobble grows" in headline or step < 5
+        assert_step_is_that_of_the_command(page, step, epsilon)
+        assert step == 3 or "your body" in page.inner_text("#say")
         seen = "[...document.querySelectorAll('main *')].filter((e) => e.checkVisibility() && !e.closest('#map'))"
         assert page.evaluate(f"Math.max(...{seen}.map((e) => e.getBoundingClientRect().right))") <= size[0]
         if step < 5:
             page.click("#step-next")
+    page.select_option("#own-by", "moments")
     page.fill("#own-I3", "9")  # greater than the sum of the others
     assert page.inner_text("#say") == page.inner_text("#own-notice") != ""
     assert "Play" in page.inner_text("#play")
-    page.fill("#own-I3", "3.2")
+    for name, value in zip(("I1", "I2", "I3"), ("3", "1", "3.2"), strict=True):
+        page.fill(f"#own-{name}", value)
     page.click("#lecture")
     assert [page.input_value(f"#own-I{k}") for k in (1, 2, 3)] == ["3", "1", "3.2"]
     assert "your body keeps its axis" in page.inner_text("#say") or "your body flips" in page.inner_text("#say")
+
+
+@pytest.mark.slow
+def test_a_body_goes_with_the_link_and_with_the_command_of_its_film(visit, plane_path, tmp_path):
+    page = visit(plane_path).page
+    page.get_by_role("button", name="phone").click()
+    assert "your phone flips every 0.9802 s" in page.inner_text("#say").replace("\xa0", " ")
+    page.select_option("#own-by", "box")
+    edges = [page.input_value(f"#own-{name}") for name in ("I1", "I2", "I3", "mass")]
+    assert edges == ["14.67", "7.15", "0.74", "0.17228"]  # cm and kg, as the definition `bodies` has them
+    other = visit(plane_path, page.evaluate("polhode.link()")).page
+    assert other.inner_text("#say") == page.inner_text("#say")
+    command = other.text_content("#film code").removesuffix("body.mp4") + f"{tmp_path / 'body.csv'} --duration 1"
+    main.main(command.split()[1:])
+    rows = np.loadtxt(tmp_path / "body.csv", delimiter=",", skiprows=1)
+    omegas = other.evaluate("(times) => times.map((t) => polhode.motion.trajectory.at(t))", rows[:, 0].tolist())
+    assert rows[:, 1:4] == pytest.approx(np.array(omegas), rel=1e-9, abs=1e-9)  # rounding, on 10 rad/s
 
 
 @pytest.mark.slow

@@ -17,11 +17,6 @@ function momentsAt(X, Y) {
   return MOMENTS.map((name) => sides[name] ?? coordinateAt(name, state.place));
 }
 
-/** Whether a rigid body may have these moments: none is above the sum of the others, to rounding. */
-function isPossible(moments) {
-  return 2 * Math.max(...moments) <= moments.reduce((sum, I) => sum + I) * (1 + 1e-9);
-}
-
 function possible(X, Y) {
   const moments = momentsAt(X, Y);
   return !moments || isPossible(moments);

@@ -5,6 +5,7 @@
 //                  moments, omega0 and `omega`, the angular velocity at time 0, where it is no perturbed spin
 //   spoken(shown)  the motion in a sentence, where that is not the stability of a spin
 //   marks(shown)   periods to be marked over time: [name, s]
+//   isBox()        true if the body is known to be a uniform box
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 30, 100];
 const TRAIL_ROTATIONS = 3;
@@ -48,7 +49,7 @@ function axisInWords(moments, axis) {
 }
 
 function nameInWords(named) {
-  return (named ?? "your body").replace(/^(?=tennis|phone|book)/, "the ");
+  return (named ?? "your body").replace(/^(?=phone|book)/, "your ").replace(/^(?=tennis)/, "the ");
 }
 
 function subjectInWords({ moments }) {
@@ -131,22 +132,31 @@ function showMotion() {
   const own = ownSurface();
   const option = shape.querySelector("[value=own]");
   option.hidden = option.disabled = !own;
-  if (!shape.dataset.chosen || (shape.value === "own" && !own)) selectOption(shape, own ? "own" : looksLikeRacket(motion.squares) ? "racket" : "box");
+  if (!shape.dataset.chosen || (shape.value === "own" && !own)) selectOption(shape, own ? "own" : part.isBox?.() ? "box" : looksLikeRacket(motion.squares) ? "racket" : "box");
   motion.faces = bodyFaces(motion.squares, shape.value);
   motion.polhode.show(motion.trajectory, motion.axis);
   motion.herpolhode.show(motion);
   document.getElementById("motion-where").textContent = placeText(state.place);
-  motion.words = motionInWords(motion) + (2 * Math.max(...moments) <= (moments[0] + moments[1] + moments[2]) * (1 + 1e-9) ? "" : " Physically impossible moments: the body shown is the nearest possible one.");
+  motion.words = motionInWords(motion) + (isPossible(moments) ? "" : " Physically impossible moments: the body shown is the nearest possible one.");
   document.getElementById("motion-words").textContent = motion.words;
   const marks = part.marks?.(motion) ?? [];
   document.getElementById("marks-note").textContent = marks.map(([name, period], i) => ` ${["Dashed", "Dotted"][i]}: every ${name} = ${timeText(period)}.`).join("");
   document.getElementById("say").textContent = motion.words;
   showFlipPeriod();
+  showFilmCommand(shown);
   document.getElementById("to-flip").hidden = motion.flip === null;
   document.getElementById("polhode-note").textContent = motion.polhode.tiny ? "At this ε the polhode is too small to see: choose a larger perturbation." : "";
   setSpeed();
   motion.drawTraces();
   seek(motion.flip === null ? 0 : Math.max(0, motion.flip - 2 * motion.rotation));
+}
+
+/** Shows the command that makes a film of this motion. */
+function showFilmCommand({ moments, axis, omega, omega0, epsilon, phase, shaken }) {
+  const line = document.getElementById("film");
+  line.hidden = Boolean(shaken) || !isPossible(moments);
+  const spin = omega ? `--omega ${omega.join(" ")}` : `--axis ${axis} --omega0 ${omega0} --epsilon ${epsilon} --phase ${phase}`;
+  line.querySelector("code").textContent = `polhode motion --moments ${moments.join(" ")} ${spin} -o body.mp4`;
 }
 
 function showFlipPeriod() {

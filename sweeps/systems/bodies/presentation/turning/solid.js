@@ -5,6 +5,11 @@
 
 const SURFACE = [213, 94, 0];
 
+/** Return true if a rigid body may have these moments: none is above the sum of the others, to rounding. */
+function isPossible(moments) {
+  return 2 * Math.max(...moments) <= moments.reduce((sum, I) => sum + I) * (1 + 1e-9);
+}
+
 /** Mean squares S_i of a body, at least a thousandth of the largest, in units of the largest. */
 function meanSquares([I1, I2, I3]) {
   const squares = [(I2 + I3 - I1) / 2, (I3 + I1 - I2) / 2, (I1 + I2 - I3) / 2];

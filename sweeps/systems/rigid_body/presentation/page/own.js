@@ -67,17 +67,47 @@ function namedBodies() {
 // ---------------------------------------------------------------------------------------------------------
 // The controls
 
-function choosePreset({ name, moments, omega0, axis }) {
+function choosePreset({ name, moments, omega0, axis, mass }) {
   const place = theMap.order.includes("axis") ? placeWith({ axis: Math.max(0, theMap.coordinates.axis.values.indexOf(axis)) }) : state.place;
+  if (mass) document.getElementById("own-mass").value = String(mass);
   chooseBody({ moments, spin: omega0, named: name, place, shaken: null });
 }
 
-function typedMoments() {
-  const moments = MOMENTS.map((name) => Number(document.getElementById(`own-${name}`).value.trim().replace(",", ".").replace("−", "-") || NaN));
-  const notice = document.getElementById("own-notice");
-  const isNumber = moments.every((I) => I > 0 && Number.isFinite(I));
+const CM = 0.01; // m; the edges of a box are given in centimetres
+
+/** Return true if the reader gives the edges and the mass of a box, not three moments. */
+function givesBox() {
+  return document.getElementById("own-by").value === "box";
+}
+
+function ownField(name) {
+  return Number(document.getElementById(`own-${name}`).value.trim().replace(",", ".").replace("−", "-") || NaN);
+}
+
+/** Return the edges, cm, of the uniform box of the typed mass m with these moments: edge i has m a_i²/12 = (I_j + I_k − I_i)/2. */
+function boxEdges(moments) {
+  const half = moments.reduce((sum, I) => sum + I) / 2;
+  return moments.map((I) => Math.sqrt((12 / ownField("mass")) * Math.max(0, half - I)) / CM);
+}
+
+function boxMoments(edges, mass) {
+  const squares = edges.map((edge) => (mass / 12) * (edge * CM) ** 2);
+  return squares.map((square) => squares.reduce((sum, one) => sum + one) - square);
+}
+
+/** Return why no body has these moments; "" if one has. */
+function impossibleInWords(moments) {
   const most = moments.indexOf(Math.max(...moments));
-  notice.textContent = !isNumber ? "Each moment is a positive number (kg m²)." : isPossible(moments) ? "" : `No rigid body has these moments: ${symbolText(MOMENTS[most])} is greater than the sum of the others.`;
+  if (!moments.every((I) => I > 0 && Number.isFinite(I))) return givesBox() ? "Each edge is a positive number (cm), and the mass (kg)." : "Each moment is a positive number (kg m²).";
+  return isPossible(moments) ? "" : `No rigid body has these moments: ${symbolText(MOMENTS[most])} is greater than the sum of the others.`;
+}
+
+function typedBody() {
+  const values = MOMENTS.map(ownField);
+  const isPositive = [...values, ownField("mass")].every((value) => value > 0);
+  const moments = givesBox() ? (isPositive ? boxMoments(values, ownField("mass")) : [NaN]) : values;
+  const notice = document.getElementById("own-notice");
+  notice.textContent = impossibleInWords(moments);
   notice.hidden = notice.textContent === "";
   if (notice.hidden) return chooseBody({ moments, named: null });
   motion.player.set(false);
@@ -99,7 +129,7 @@ function snapped(name, value) {
 function buildOwn() {
   const chips = theMap.presets.map((preset) => element("button", { type: "button", textContent: preset.name, onclick: () => choosePreset(preset) }));
   document.getElementById("presets").append(...chips);
-  for (const name of MOMENTS) document.getElementById(`own-${name}`).oninput = typedMoments;
+  for (const name of [...MOMENTS, "mass"]) document.getElementById(`own-${name}`).oninput = typedBody;
   const [spin, epsilonSlider] = ["spin", "epsilon-shown"].map((id) => document.getElementById(id));
   spin.oninput = () => {
     const [value, place] = snapped("omega0", 10 ** Number(spin.value));
@@ -112,11 +142,15 @@ function buildOwn() {
   const show = () => {
     const { omega0, epsilon } = bodyStart(state.place);
     const { moments } = lecture.on ? teaching.body : bodyStart(state.place);
+    const isBox = givesBox();
+    const values = isBox ? boxEdges(moments) : moments;
     MOMENTS.forEach((name, i) => {
       const input = document.getElementById(`own-${name}`);
-      if (document.activeElement !== input) input.value = String(Number(moments[i].toPrecision(6)));
+      input.previousSibling.textContent = isBox ? `edge ${i + 1} (cm)` : `${symbolText(name)} (kg m²)`;
+      if (document.activeElement !== input) input.value = String(Number(values[i].toPrecision(6)));
     });
-    if (!MOMENTS.includes(document.activeElement?.id.slice(4))) document.getElementById("own-notice").hidden = true;
+    document.getElementById("own-mass").parentElement.hidden = !isBox;
+    if (!document.activeElement?.matches("#own .moment input")) document.getElementById("own-notice").hidden = true;
     spin.value = String(Math.log10(Math.abs(omega0)));
     epsilonSlider.value = String(Math.log10(epsilon));
     document.getElementById("spin-text").textContent = `ω₀ = ${withUnit(omega0, "rad s-1", 4)}`;
@@ -124,6 +158,7 @@ function buildOwn() {
     const { named } = lecture.on ? teaching.body : state;
     chips.forEach((chip, i) => chip.setAttribute("aria-pressed", String(theMap.presets[i].name === named)));
   };
+  document.getElementById("own-by").onchange = show;
   onChange(show);
   show();
 }
