@@ -137,7 +137,7 @@ def make_figure(width: float, height: float, title: str, subtitle: str, ax: Axes
         ax: Axes to draw in, which are given the title alone; None for a new figure.
     """
     if ax is not None:
-        ax.set_title(title)
+        ax.set_title(title, wrap=True)
         return cast(Figure, BorrowedAxes(ax))
     sheet = sheets.current_sheet()
     if sheet.width:

@@ -1,6 +1,7 @@
 """Presentation of a system's maps: figures, animations, page, and the appearance of flags and parameters."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from importlib import import_module
@@ -73,6 +74,8 @@ class Presentation:
     #: (name, "module.function" of this package that draws it from a map) of each figure.
     figure_paths: tuple[tuple[str, str], ...] = ()
     compared: tuple[Compared, ...] = ()  #: the measured quantities that a figure compares with theory
+    #: system → function of a map that returns its sentence with its measured number, the title of its figures.
+    sentences: Mapping[str, Callable[[Dataset], str]] = {}
 
     def __init__(self, system: Dynamics):
         self.system: Any = system  # a subclass uses the methods of its own system
@@ -80,6 +83,12 @@ class Presentation:
     def figures(self, ds: Dataset) -> Drawings:
         """Return name → drawing function of each figure of a map."""
         return {name: self.drawing(path, ds) for name, path in self.figure_paths} | self.agreement_figure(ds)
+
+    def sentence(self, ds: Dataset) -> str:
+        """Return the measured sentence of a map; "" if the map does not show it."""
+        with suppress(KeyError, IndexError, ValueError):  # a slice, or a grid that misses the sentence's points
+            return self.sentences[self.system.name](ds)
+        return ""
 
     def agreement_figure(self, ds: Dataset) -> Drawings:
         """Return the figure of measured quantities against theory; {} if the map has none of :attr:`compared`."""

@@ -18,9 +18,9 @@ HATCHES = {"asymptotically_stable": "....", "unstable": "////", "flutter": "xxxx
 
 
 def round_up(sizes: np.ndarray) -> float:
-    """Return the least of 1, 2 or 5 times a power of ten that bounds all sizes; 0 if none exceeds rounding."""
+    """Return the least of 1, 2 or 5 times a power of ten that bounds all sizes; 0 if all are 0."""
     maximum = float(np.nanmax(sizes, initial=0.0))
-    if not maximum > 1e-9:  # rounding
+    if not 0.0 < maximum < math.inf:
         return 0.0
     power = 10.0 ** math.floor(math.log10(maximum))
     return next(n * power for n in (1, 2, 5, 10) if n * power >= maximum)

@@ -5,8 +5,9 @@ from pathlib import Path
 
 from sweeps.figure import colors
 from sweeps.schema.datasets import Dataset
-from sweeps.systems.presentation import Animations, Page, Presentation, moving
+from sweeps.systems.presentation import Animations, Drawings, Page, Presentation, moving
 from sweeps.systems.presentation.appearance import Appearance, Compared, Mark, Symbol
+from sweeps.systems.relative_equilibrium.presentation.sentences import SENTENCES
 
 _PAGE = Path(__file__).parent / "page"
 APPEARANCE = Appearance(
@@ -33,11 +34,17 @@ class RelativeEquilibriumPresentation(Presentation):
         "Which equilibria are stable, which flutter, and how accurate are the eigenvalues?",
     )
     figure_paths = (("stability", "figure_spectra.draw"),)
+    sentences = SENTENCES
     compared = (Compared(("eigenvalue_real", "eigenvalue_imag"), "eigenvalues", "rate_scale"),)
 
     def page(self, ds: Dataset) -> Page:
         """Return the motion about the equilibrium, and its eigenvalues."""
         return replace(self.base_page, facts=moving.page_facts(ds, self.system))
+
+    def figures(self, ds: Dataset) -> Drawings:
+        """Return the regimes and the agreement; of Foucault's pendulum first the turn of its plane."""
+        is_foucault = self.system.name == "foucault"
+        return ({"turn": self.drawing("figure_foucault.draw", ds)} if is_foucault else {}) | super().figures(ds)
 
     def animations(self, ds: Dataset) -> Animations:
         """Return the animation of the flat spin of a body with a viscous slug."""

@@ -3,16 +3,27 @@
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
+from sweeps.systems.bodies.presentation import attitude_regions
 from sweeps.systems.presentation import longest_parameters, planes
+from sweeps.systems.presentation.appearance import missing_words
 from sweeps.systems.presentation.regimes import Regimes, draw_points, regimes_with_rate, round_up
+from sweeps.systems.presentation.sentences import head_texts
 from sweeps.systems.relative_equilibrium.presentation import APPEARANCE
 from sweeps.systems.relative_equilibrium.system import REGIMES
 
 MAX_PANELS = 6  # panels that fit a page
+MAX_LINEAR_RATIO = 20.0  # largest frequency over the least; beyond, colours are spaced by ratio
+MIN_GROWTH = 1e-9  # growth over the rate scale that is drawn; less is rounding
 ROUNDING = 1e-12  # rounding error of a margin, relative to its largest value
+MISSING_WORDS = {"steady_precession": "too slow: no steady precession"}  # system → reason for points without a value
+GUIDES = {  # (system, parameter of the ordinate) → further parameter, at the value of which a line is drawn → its words
+    ("gyrostat", "I2"): {"I1": "$I_2 = I_1$, below: least", "I3": "$I_2 = I_3$, above: greatest"}
+}
 STABLE_REGIMES = ("asymptotically_stable", "stable", "marginal")  # regimes inside theory's boundary
 STABLE_CODES = [REGIMES.index(name) - 1 for name in STABLE_REGIMES]  # codes in a map, which begin at -1
 
@@ -25,10 +36,11 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """
     x, y, third = longest_parameters(ds["growth_rate"], ("equilibrium", "eigenvalue"))
     subset = _select_planes(ds, x, y, third)
-    top = round_up(np.abs(subset["relative"].values)) if y else 0.0
+    top = round_up(np.abs(subset["growth"].values)) if y else 0.0
     panels, uniform_panels = _split_panels(ds, subset, third, top)
-    subtitle = "\n".join([planes.subtitle(ds, subset, ds["growth_rate"], APPEARANCE), *uniform_panels])
-    figure, axes = canvas.make_panels(len(panels), (3.9, 3.2), ds.attrs.get("title", ""), subtitle, ax)
+    words = "\n".join([planes.subtitle(ds, subset, ds["growth_rate"], APPEARANCE), *uniform_panels])
+    texts = (ds.attrs.get("title", ""), words) if ds.attrs["system"] == "foucault" else head_texts(ds, words=words)
+    figure, axes = canvas.make_panels(len(panels), (3.9, 3.2), *texts, ax)
     regimes = Regimes(REGIMES, APPEARANCE, top)
     for ax, (title, panel) in zip(axes, panels, strict=True):
         ax.set_title(title, loc="left")
@@ -37,11 +49,16 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         elif top:
             _draw_map(ax, panel, x, y, regimes)
         else:
-            mesh = _draw_frequencies(ax, panel, x, y, float(np.nanmax(subset["frequencies"].values, initial=0.0)))
+            mesh = _draw_frequencies(ax, panel, x, y, subset["frequencies"].values)
+    handles = []
     if y and not top:
         words = f"measured angular frequency  ({wording.format_units('rad s-1')})"
         figure.colorbar(mesh, ax=list(axes), label=words, aspect=30, pad=0.02)
-    regimes.explain(figure, axes, "growth or decay / rate scale")
+        if (codes := np.unique(subset["status"].values[np.isnan(subset["frequencies"].values)])).size:
+            handles = [
+                Patch(facecolor=colors.MISSING, label=MISSING_WORDS.get(ds.attrs["system"]) or missing_words(codes))
+            ]
+    regimes.explain(figure, axes, f"growth or decay rate  ({wording.format_units('s-1')})", handles)
     return figure
 
 
@@ -54,9 +71,9 @@ def _split_panels(ds, subset, third, top):
             names = [str(e).replace("_", " ")] if subset.sizes["equilibrium"] > 1 else []
             panels.append((",  ".join(names + ([wording.format_coordinate(ds, third, z)] if third else [])), panel))
     drawn_panels, uniform_panels = [], []
-    for title, panel in planes.merge_equal(panels, ("regime", "relative", "shade")):
+    for title, panel in planes.merge_equal(panels, ("regime", "shade")):
         codes = np.unique(panel["regime"].values)
-        if top and codes.size == 1 and not panel["relative"].values.any():
+        if top and codes.size == 1 and not panel["growth"].values.any():
             uniform_panels.append(f"{title}: {APPEARANCE.words(REGIMES[int(codes[0]) + 1])} everywhere")
         else:
             drawn_panels.append((title, panel))
@@ -72,32 +89,38 @@ def _select_planes(ds, x, y, third):
     subset = ds[names].isel(indices | {"eigenvalue": 0}).load()
     real, imag = (ds[f"eigenvalue_{name}_theory"].isel(indices) for name in ("real", "imag"))
     frequencies = np.abs(ds["eigenvalue_imag"].isel(indices)).max("eigenvalue")
-    relative = (subset["growth_rate"] / subset["rate_scale"]).where(
-        np.isin(subset["regime"], regimes_with_rate(REGIMES)), 0.0
-    )
-    shade = frequencies / (np.nanmax(frequencies.values, initial=0.0) or 1.0)
-    return subset.assign(relative=relative, frequencies=frequencies, shade=shade, eigenvalues=real + 1j * imag)
+    is_drawn = np.abs(subset["growth_rate"]) > MIN_GROWTH * subset["rate_scale"]
+    growth = subset["growth_rate"].where(is_drawn & np.isin(subset["regime"], regimes_with_rate(REGIMES)), 0.0)
+    shade = (frequencies + growth) / (np.nanmax(frequencies.values, initial=0.0) or 1.0)
+    return subset.assign(growth=growth, frequencies=frequencies, shade=shade, eigenvalues=real + 1j * imag)
 
 
-def _draw_frequencies(ax, panel, x, y, max_frequency):
-    """Draw measured frequencies in colours; `max_frequency` is that of all panels."""
+def _draw_frequencies(ax, panel, x, y, all_frequencies):
+    """Draw measured frequencies in colours, whose scale suits the frequencies of all panels."""
     edges = axis_scales.cell_edges(panel[x].values), axis_scales.cell_edges(panel[y].values)
     values = np.ma.masked_invalid(panel["frequencies"].transpose(y, x).values)
     palette = sheets.color_map("size").with_extremes(bad=colors.MISSING)
-    props = {"vmin": 0.0, "vmax": round_up(max_frequency) or max_frequency, "rasterized": True, "gid": "frequency"}
+    low, high = (f(all_frequencies, initial=start) for f, start in ((np.nanmin, np.inf), (np.nanmax, 0.0)))
+    norm = LogNorm(low, high) if high > MAX_LINEAR_RATIO * low > 0.0 else Normalize(0.0, round_up(high))
     planes.label_axes(ax, panel, x, y)
-    return ax.pcolormesh(*edges, values, cmap=palette, **props)
+    return ax.pcolormesh(*edges, values, cmap=palette, norm=norm, rasterized=True, gid="frequency")
 
 
 def _draw_map(ax, panel, x, y, regimes):
     """Draw measured regimes in colours, deeper for faster growth or decay, and theory's boundary as a line."""
     panel = panel.transpose(..., y, x)
     edges = axis_scales.cell_edges(panel[x].values), axis_scales.cell_edges(panel[y].values)
-    regimes.paint(ax, *edges, *(panel[name].values for name in ("regime", "relative", "status")))
+    regimes.paint(ax, *edges, *(panel[name].values for name in ("regime", "growth", "status")))
+    planes.label_axes(ax, panel, x, y)
+    if panel.attrs["system"] in ("gravity_gradient", "gravity_gradient_damped"):
+        return attitude_regions.draw(ax, x, panel.attrs["system"] == "gravity_gradient_damped")
     for margin in _stability_functions(panel):
         rounding = ROUNDING * np.nanmax(np.abs(margin), initial=0.0)
-        planes.boundary(ax, panel[x].values, panel[y].values, margin, rounding, "theory's boundary")
-    planes.label_axes(ax, panel, x, y)
+        planes.boundary(ax, panel[x].values, panel[y].values, margin, rounding, "boundary by theory")
+    for name, words in GUIDES.get((panel.attrs["system"], y), {}).items():
+        ax.axhline(float(panel[name]), color=colors.INK, lw=0.9, ls=":", gid="guide")
+        props = {"xycoords": ax.get_yaxis_transform(), "path_effects": marks.halo(), "fontsize": 8}
+        marks.annotate(ax, words, (0.0, float(panel[name])), (4, 3), **props)
 
 
 def _stability_functions(panel):
