@@ -104,7 +104,10 @@ def changes(name):
     return sweeps.critical(sweeps.survey(**definition | {"system": system}), along), right
 
 
-@pytest.mark.parametrize("name", CASES)
+QUICK = ("bicycle", "column", "damped column", "Mathieu")  # one of each kind; systems that ship compile for seconds
+
+
+@pytest.mark.parametrize("name", [pytest.param(k, marks=() if k in QUICK else pytest.mark.slow) for k in CASES])
 def test_critical_values_are_those_that_are_published_or_closed_forms(name):
     found, right = changes(name)
     found = found.isel(change=(found.equilibrium != "top").values)

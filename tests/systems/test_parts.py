@@ -186,7 +186,7 @@ def words_by_hand(tensors, direction):
     return np.bincount(order, minlength=3) / len(order)
 
 
-@pytest.mark.parametrize("axis", [2, 3])
+@pytest.mark.parametrize("axis", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_probabilities_are_those_of_a_million_draws_of_the_whole_assembly(axis):
     answer = sweeps.body(UNCERTAIN, axis=axis)
     odds, count = answer.judged.odds, 10**6
