@@ -311,11 +311,11 @@ class BaseMotions:
     """The periodic motions of points: of a model, parameters (points,), and indices of names, (points,).
 
     The states `subspace` are independent of all others to first order; motions `within` them, of a model with these
-    states alone, are taken as they are.
+    states alone, are taken as they are. Motions with known `starts`, (points, states), are not searched for.
     """
 
     @np.errstate(all="ignore")
-    def __init__(self, model, parameters, slot, within: "BaseMotions | None" = None, subspace=None):
+    def __init__(self, model, parameters, slot, within: "BaseMotions | None" = None, subspace=None, starts=None):
         parameters = model.with_switches(parameters)
         self.model, self.parameters, self.subspace, size = model, parameters, subspace, slot.size
         places = np.take_along_axis(model.landscape.starts(parameters), slot[:, None, None], axis=1)[:, 0]
@@ -338,7 +338,7 @@ class BaseMotions:
             model.perturbed(False)
             self.residual[~self.jumps_known], self.status[~self.jumps_known] = np.inf, statuses.NOT_FOUND
             if within is None:
-                self._close(np.flatnonzero(~self.is_still & self.jumps_known))
+                self._close(np.flatnonzero(~self.is_still & self.jumps_known), starts)
                 self._measure_sizes(places)
             else:
                 self._embed(within, places)
@@ -395,10 +395,11 @@ class BaseMotions:
             self.sizes[:, self.subspace] *= (largest / self.sizes[:, self.subspace].max(axis=1))[:, None]
         return (rates <= MAX_RATE_AT_REST * np.einsum("pij,pj->pi", terms, self.sizes)).all(axis=1)
 
-    def _close(self, which):
+    def _close(self, which, starts):
         """Find the motions that close after a period: by `continuation`, then by Newton's method on segments.
 
-        Linear equations have the same variational flow along every motion, so that Newton's method alone suffices.
+        Linear equations have the same variational flow along every motion, so that Newton's method alone suffices, as
+        it does for motions with known `starts`.
         """
         period, sizes = self.period[which], self.sizes[which]
         longest = np.diff(self.edges[which], axis=1).max(axis=1)
@@ -406,7 +407,9 @@ class BaseMotions:
         halvings = np.minimum(np.ceil(np.nan_to_num(growth_exponent)), MAX_SHOOTING_HALVINGS).astype(int)
         self.num_nodes[which] = self.num_pieces[which] * 2**halvings
         self.nodes = np.repeat(self.start[:, None], self.num_nodes.max(), axis=1)
-        if not self.model.perturbed_code(False).linear:
+        if starts is not None:
+            self.status[which[~np.isfinite(starts[which]).all(axis=1)]] = statuses.NOT_FOUND
+        elif not self.model.perturbed_code(False).linear:
 
             def rates(numbers, x, phases):
                 return self.mean_rates(which[numbers], x, phases)
@@ -424,6 +427,10 @@ class BaseMotions:
         self.residual[missing], self.nodes[missing] = np.inf, np.nan
         for K in np.unique(self.num_nodes[which]):
             members = which[(self.num_nodes[which] == K) & (self.status[which] == statuses.OK)]
+            if starts is not None:
+                times, values = self.period[members, None] * np.arange(K + 1) / K, [p[members] for p in self.parameters]
+                states = motions.solve(self.model.moving, values, starts[members], times, 1e-12, self.sizes[members])[0]
+                self.nodes[members, :K] = states[:, :-1]
             self._polish(members, self.nodes[:, :K])
         self.start = self.nodes[:, 0].copy()
 

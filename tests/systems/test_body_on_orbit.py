@@ -7,7 +7,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from scipy.integrate import solve_ivp
+from scipy.integrate import solve_bvp, solve_ivp
 from scipy.spatial.transform import Rotation
 
 import sweeps
@@ -253,11 +253,58 @@ def test_definitions_that_mean_nothing_are_refused(words):
         read_sweep({"system": "orbit"} | REFUSED[words])
 
 
-def test_a_motion_beyond_its_fold_is_missing():
-    """Near the resonance of libration and orbit the small forced libration has ended: missing, and never a number."""
-    ds = survey("synchronous", asymmetry=0.4, eccentricity=[0.0, 0.2], planes=["in_plane"])
-    assert ds.branch.values.tolist() == [1, 0]
-    assert np.isnan(ds.trace[1])
+def beletsky(anomaly, state, p, asymmetry, eccentricity):
+    """Return x' and x'' of Beletsky's equation for δ = (p - 1) f + x; arrays or numbers."""
+    x, rate = state
+    angle, push = (p - 1.0) * anomaly + x, 2.0 * eccentricity * np.sin(anomaly)
+    radius = 1.0 + eccentricity * np.cos(anomaly)
+    return np.array([rate, (push * (p + rate) - 1.5 * asymmetry * np.sin(2.0 * angle)) / radius])
+
+
+@pytest.mark.parametrize(
+    ("p", "asymmetry", "eccentricity", "count"),
+    [
+        *((1, 0.4, 0.005, 3), (1, 0.4, 0.2, 1), (1, 0.3, 0.1, 1), (1, -0.6, 0.3, 1), (1, 0.97, 0.3, 3)),
+        *((0.5, 0.5, 0.3, 1), (2.5, 0.4, 0.4, 1)),
+    ],
+)
+def test_the_forced_motion_is_the_smallest_of_all_odd_ones(p, asymmetry, eccentricity, count):
+    """Against boundary-value problems by SciPy's collocation, from sine waves of many sizes: number, place and choice.
+
+    Beyond the fold (asymmetry 0.4, eccentricity 0.2) the motion against the phase of the forcing is left.
+    """
+    arguments, nodes, rates = (p, asymmetry, eccentricity), np.linspace(0.0, np.pi, 41), set()
+    for size in np.linspace(-3.0, 3.0, 25):
+        solution = solve_bvp(
+            lambda f, y: beletsky(f, y, *arguments),
+            lambda start, end: np.array([start[0], end[0]]),
+            nodes,
+            size * np.array([np.sin(nodes), np.cos(nodes)]),
+            tol=1e-9,
+            max_nodes=2000,
+        )
+        if solution.success:
+            rates.add(round(float(solution.y[1, 0]), 7))  # digits that the tolerance leaves
+    ds = survey("spin_orbit", ["in_plane"], asymmetry=asymmetry, eccentricity=eccentricity, p=p)
+    assert len(rates) == count
+    expected = min(rates, key=abs)
+    assert float(ds.rate_start) - (p - 1.0) == pytest.approx(expected, abs=2e-7)  # of the rounded digits
+    assert int(ds.branch) == 1 + sorted(rates).index(expected)
+
+
+@pytest.mark.parametrize(("asymmetry", "eccentricity"), [(0.4, 0.2), (0.36, 0.1), (0.9, 0.6)])
+def test_a_motion_beyond_its_fold_closes_in_thirty_digits(asymmetry, eccentricity):
+    """x(π) = 0 by a Taylor series of 30 digits, to the error of the reported start times its growth."""
+    D, e = mpmath.mpf(asymmetry), mpmath.mpf(eccentricity)
+    ds = survey("synchronous", ["in_plane"], asymmetry=asymmetry, eccentricity=eccentricity)
+    with mpmath.workdps(30):
+
+        def rates(f, y):
+            push = 2 * e * mpmath.sin(f) * (1 + y[1]) - mpmath.mpf(1.5) * D * mpmath.sin(2 * y[0])
+            return [y[1], push / (1 + e * mpmath.cos(f))]
+
+        ends = [mpmath.odefun(rates, 0, [0, float(ds.rate_start) + h], tol=1e-25)(mpmath.pi)[0] for h in (0, 1e-6)]
+    assert abs(ends[0]) < 4e-16 * abs(ends[1] - ends[0]) / 1e-6 + 1e-15  # a rounding or two of the initial rate
 
 
 def rates_in_quaternions(anomaly, state, moments, eccentricity):

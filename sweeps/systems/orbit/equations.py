@@ -33,6 +33,7 @@ from scipy.special import ellipkm1
 
 from sweeps.mechanics import System, periodic
 from sweeps.mechanics.model import Model
+from sweeps.systems.orbit.odd_motions import find_odd_motions
 from sweeps.systems.orbit.shapes import inertia_ratios, margin_of
 
 #: motion of a definition → kind of reference motion
@@ -163,7 +164,11 @@ def arguments_of(points, motion: str) -> dict[str, np.ndarray]:
 def planar_motions(arguments: dict[str, np.ndarray]) -> periodic.BaseMotions:
     """Return the planar motions of resonances."""
     model, slot = planar_model(), np.zeros(arguments["p"].size, dtype=int)
-    return periodic.BaseMotions(model, model.parameters(arguments, slot.size), slot)
+    rate, branch = find_odd_motions(model, arguments)
+    starts = np.column_stack([0.0 * rate, rate])
+    base = periodic.BaseMotions(model, model.parameters(arguments, slot.size), slot, starts=starts)
+    base.branch = branch
+    return base
 
 
 def start_of_motion(point: dict[str, np.ndarray]) -> tuple[float, float, float]:
@@ -189,7 +194,7 @@ def _start_columns(arguments, motion, base=None):
     else:
         base = planar_motions(arguments) if base is None else base
         angle, rate = base.start.T + np.array([angle, arguments["p"] - 1.0])
-        branch = (base.residual <= periodic.MAX_RESIDUAL).astype(kind)
+        branch = np.where(base.residual <= periodic.MAX_RESIDUAL, base.branch, 0).astype(kind)
     return {"period": period, "angle_start": angle, "rate_start": rate, "branch": branch}
 
 

@@ -101,8 +101,8 @@ VARIABLES = (
     angle_start    rad  angle of the radial axis from the radius at the pericentre, or at the time 0
     rate_start     1    derivative of this angle by the true anomaly, there
     base_residual  1    distance of the base motion from where it began a period before, relative to the states' sizes
-    branch         1  i1  1 for the motion that begins as the body at rest, or in uniform rotation, as its forcing
-        grows; 0 if it has ended at a fold
+    branch         1  i1  number of the motion among the odd periodic ones, by ascending rate_start; 0 if missing
+        comment: the motion whose rate_start is nearest to p - 1; where it ends at a fold, the number changes
     """,
         TRIANGLE_MARGIN,
     )
@@ -267,7 +267,7 @@ class Orbit(Dynamics):
 
     def fingerprint(self) -> str:
         """Return a hash of the kernels, the generated code, its generator and the equations."""
-        source = Path(__file__).with_name("equations.py").read_bytes()
+        source = b"".join(Path(__file__).with_name(f"{n}.py").read_bytes() for n in ("equations", "odd_motions"))
         return described.hash_sources(self.kernels, self.mechanism.perturbed_code(self.is_still), source)
 
     @property
