@@ -52,7 +52,7 @@ COMMANDS += (
     definitions.add_shard,
     definitions.add_merge,
 )
-COMMANDS += (maps.add_figures, maps.add_report, maps.add_verify, definitions.add_schema)
+COMMANDS += (maps.add_figures, maps.add_report, maps.add_page, maps.add_verify, definitions.add_schema)
 
 
 def build() -> tuple[Parser, dict[str, Parser]]:

@@ -579,7 +579,7 @@ def test_the_body_is_dragged_between_the_points_and_back_goes_back(grip, visit, 
     corners = page.evaluate("polhode.motion.faces.flatMap(({ corners }) => corners)")
     edges = np.ptp(corners, axis=0) ** 2
     assert edges / edges.max() == pytest.approx(squares / squares.max(), rel=1e-9)  # roundings
-    transverse = 1e-6 * math.cos(0.6), 1e-6 * math.sin(0.6)  # rad/s: epsilon, omega0 and phase of the map
+    transverse = 0.1 * math.cos(0.6), 0.1 * math.sin(0.6)  # rad/s: omega0 and phase of the map, epsilon of a throw
     period = exact.flip_period(exact.set_up(*moments, 1.0, *transverse))
     assert page.evaluate("polhode.motion.trajectory.flipPeriod") == pytest.approx(period, rel=1e-9)
     tab.until("location.hash.includes('_moments')")
@@ -687,6 +687,44 @@ def test_a_body_goes_with_the_link_and_with_the_command_of_its_film(visit, plane
     rows = np.loadtxt(tmp_path / "body.csv", delimiter=",", skiprows=1)
     omegas = other.evaluate("(times) => times.map((t) => polhode.motion.trajectory.at(t))", rows[:, 0].tolist())
     assert rows[:, 1:4] == pytest.approx(np.array(omegas), rel=1e-9, abs=1e-9)  # rounding, on 10 rad/s
+
+
+@pytest.fixture(scope="module")
+def own_page(pages):
+    """The page that `polhode page` writes."""
+    assert main.main(["page", "-o", str(pages / "index.html")]) == 0
+    return pages / "index.html"
+
+
+@pytest.mark.slow
+def test_the_page_without_a_map_is_small_and_accessible_and_its_link_carries_a_body(own_page, visit):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    assert own_page.stat().st_size <= 1_500_000
+    tab = visit(own_page, "#moments=1,2,2.5&axis=2", color_scheme="light")
+    assert {url.split("#")[0] for url in tab.requests} == {own_page.as_uri()}
+    assert tab.page.locator("#link-notice").is_hidden()
+    period = sweeps.body([1.0, 2.0, 2.5], omega0=10.0, epsilon=0.1).facts["axes"][1]["flip_period"]
+    assert f"your body flips every {period:.4g} s" in tab.page.inner_text("#say").replace("\xa0", " ")
+    tab.page.evaluate(OPEN_ALL)
+    report_of_axe = axe.run(tab.page, options={"resultTypes": ["violations"]})
+    assert report_of_axe.violations_count == 0, report_of_axe.generate_report()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("moments", "reason"),
+    [
+        *((text, "Three positive numbers are needed") for text in ("", "1,2", "1,2,x", "-1,2,2", "1e999,1,1", HOSTILE)),
+        ("1,2,9", "No rigid body has these moments: I₃ is greater"),
+        ("__proto__,constructor,1", "Three positive numbers are needed"),
+    ],
+)
+def test_a_link_without_a_possible_body_states_the_reason_and_runs_nothing(moments, reason, own_page, visit):
+    tab = visit(own_page, f"#{urllib.parse.urlencode({'moments': moments})}&axis=2")
+    assert reason in tab.page.inner_text("#link-notice")
+    assert tab.page.evaluate("[polhode.state.moments, typeof globalThis.hostile]") == [None, "undefined"]
+    assert tab.page.locator("#link-notice *").count() == 0
+    assert {url.split("#")[0] for url in tab.requests} == {own_page.as_uri()}
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 //   color                        name of the column it begins with, where that is not the first to choose
 //   grows(column)                whether a column's values above 0 mean growth: they are red then, else those below
 //   kept                         name → function of a link's text: further states that a link contains
+//   refusal(name, text)          why a link's value of a further state is refused; "" if it is not, undefined for other names
 //   rates()                      eigenvalues [real, imaginary] of the modes in which a described system is shown moving
 //                                (see mode.js); null where its motion is periodic
 //   shown                        objects for the console and the tests

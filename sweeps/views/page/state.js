@@ -175,11 +175,11 @@ function nearestBy(parameters) {
   return bestPlace(names, (place) => -requests.reduce((sum, request, i) => sum + distance(request, place, ranges[i]) ** 2, 0));
 }
 
-const EARLIER_LINK_KEYS = { epsilon: "_nudge" }; // links of earlier versions
+const OTHER_LINK_KEYS = { epsilon: "_nudge", moments: "moments" }; // of links of earlier versions, and of those typed by hand
 
 /** Sets the states of the system's part from a link; null for states that it does not contain. */
 function setPartState(parameters = new URLSearchParams()) {
-  for (const [name, read] of Object.entries(part.kept ?? {})) state[name] = read(parameters.get(`_${name}`) ?? parameters.get(EARLIER_LINK_KEYS[name]));
+  for (const [name, read] of Object.entries(part.kept ?? {})) state[name] = read(parameters.get(`_${name}`) ?? parameters.get(OTHER_LINK_KEYS[name]));
 }
 
 /** Return the relative size of a perturbation, between 0 and 1, from a link's text; null for any other text. */
@@ -187,10 +187,14 @@ function perturbationFromLink(text) {
   return Number(text) > 0 && Number(text) < 1 ? Number(text) : null;
 }
 
+const MAX_QUOTED = 60; // characters of a link's value that a message repeats
+
 /** Return a sentence for each value of a link that the map does not have. */
 function linkRemarks(parameters) {
   return [...parameters].flatMap(([name, text]) => {
-    if (name.startsWith("_")) return [];
+    const reason = part.refusal?.(name, text);
+    if (reason) return [`${name} = ${text.slice(0, MAX_QUOTED)}: ${reason}`];
+    if (name.startsWith("_") || reason === "") return [];
     const request = requestedCoordinates(parameters).find(([column]) => column.name === name);
     if (request) return remarkOf(name, text, request[0].at(state.place), request[0].text(request[0].at(state.place)));
     const at = theMap.order.includes(name) ? nearest(theMap.coordinates[name], text) : null;

@@ -6,7 +6,11 @@ const LARGE_ENOUGH = 0.1; // perturbation that a page begins with: that of a thr
 
 function momentsOfLink(text) {
   const moments = (text ?? "").split(",").map(Number);
-  return moments.length === 3 && moments.every((I) => I > 0 && Number.isFinite(I)) && isPossible(moments) ? moments : null;
+  return impossibleInWords(moments) === "" ? moments : null;
+}
+
+function refusalOfLink(name, text) {
+  return ["moments", "_moments"].includes(name) ? impossibleInWords(text.split(",").map(Number)) : undefined;
 }
 
 function spinOfLink(text) {
@@ -97,17 +101,17 @@ function boxMoments(edges, mass) {
 
 /** Return why no body has these moments; "" if one has. */
 function impossibleInWords(moments) {
+  if (moments.length !== 3 || !moments.every((I) => I > 0 && Number.isFinite(I))) return "Three positive numbers are needed (kg m²).";
   const most = moments.indexOf(Math.max(...moments));
-  if (!moments.every((I) => I > 0 && Number.isFinite(I))) return givesBox() ? "Each edge is a positive number (cm), and the mass (kg)." : "Each moment is a positive number (kg m²).";
   return isPossible(moments) ? "" : `No rigid body has these moments: ${symbolText(MOMENTS[most])} is greater than the sum of the others.`;
 }
 
 function typedBody() {
   const values = MOMENTS.map(ownField);
-  const isPositive = [...values, ownField("mass")].every((value) => value > 0);
-  const moments = givesBox() ? (isPositive ? boxMoments(values, ownField("mass")) : [NaN]) : values;
+  const isBox = givesBox() && [...values, ownField("mass")].every((value) => value > 0);
+  const moments = isBox ? boxMoments(values, ownField("mass")) : values;
   const notice = document.getElementById("own-notice");
-  notice.textContent = impossibleInWords(moments);
+  notice.textContent = givesBox() && !isBox ? "Four positive numbers are needed (cm, kg)." : impossibleInWords(moments);
   notice.hidden = notice.textContent === "";
   if (notice.hidden) return chooseBody({ moments, named: null });
   motion.player.set(false);

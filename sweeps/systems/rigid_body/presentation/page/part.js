@@ -2,7 +2,7 @@
 
 function bodyStart(place) {
   const value = (name) => coordinateAt(name, place);
-  const start = { moments: state.moments ?? MOMENTS.map(value), axis: value("axis"), omega0: state.spin ?? value("omega0"), epsilon: state.epsilon ?? value("epsilon"), phase: value("phase") };
+  const start = { moments: state.moments ?? MOMENTS.map(value), axis: value("axis"), omega0: state.spin ?? value("omega0"), epsilon: state.epsilon ?? (state.moments ? LARGE_ENOUGH : value("epsilon")), phase: value("phase") };
   return state.shaken ? { ...start, shaken: shaking(start) } : start;
 }
 
@@ -64,6 +64,7 @@ const part = {
   choices: signedRate,
   start: bodyStart,
   kept: { epsilon: perturbationFromLink, moments: momentsOfLink, spin: spinOfLink, named: (text) => text },
+  refusal: refusalOfLink,
   shown: { ...MOTION_SHOWN, axisOutcome },
   hides: ["omega0", "epsilon"],
   limit: {
