@@ -1,4 +1,4 @@
-"""Commands that take a body or a system in place of a definition: body, motion, cases, tumbler."""
+"""Commands that take a body or a system in place of a definition: body, motion, page, cases, tumbler."""
 
 import sys
 from functools import partial
@@ -240,6 +240,33 @@ def _system_motion(args, is_film: bool):
         name = motions.STATUSES[status]
         raise MotionError(f"motion: {name} at tolerance 1e-12: {trajectories.REASONS[name]}")
     return trajectory, partial(film.frames, model=trajectories.model_of(args.name))
+
+
+PAGE = """\
+The page spins any body: typed, dragged over the triangle of shapes, or chosen among well-known ones. It contains the
+triangle of the sweep `tennis_racket` at one size and spin rate, measured now, and requests nothing from the network.
+A link carries a body, its moments in kg m2: index.html#moments=1,2,3&axis=2
+"""
+MAX_BYTES = 1_500_000  # a page for a web server, which a phone loads in some seconds
+
+
+def add_page(commands) -> None:
+    """Add the command `page`."""
+    text = "write the page for bodies of your own, one HTML file for a web server"
+    parser.add_output(parser.add(commands, "page", text, _write_page, PAGE), "the HTML file to write")
+
+
+def _write_page(args):
+    """Measure the triangle of shapes, write its page as one HTML file, and print its name."""
+    from sweeps.reading.definitions import file_text, plain, read_text
+    from sweeps.systems.rigid_body.presentation.page import ONE_SIZE, TITLE
+    from sweeps.views import report
+
+    values = plain(read_text(file_text(catalogue.shipped_files()[catalogue.DEFAULT])))
+    values |= {"title": TITLE, "grid": values["grid"] | ONE_SIZE}
+    with progress.announce("measuring the triangle of shapes; the first time on a machine its kernels are compiled"):
+        report.write_report(sweeps.survey(values), args.output, MAX_BYTES)
+    print(args.output)
 
 
 CASES = """\

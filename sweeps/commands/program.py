@@ -46,13 +46,14 @@ COMMANDS += (
     certifying.add_certify,
 )
 COMMANDS += (
+    bodies.add_page,
     bodies.add_cases,
     bodies.add_tumbler,
     definitions.add_compile,
     definitions.add_shard,
     definitions.add_merge,
 )
-COMMANDS += (maps.add_figures, maps.add_report, maps.add_page, maps.add_verify, definitions.add_schema)
+COMMANDS += (maps.add_figures, maps.add_report, maps.add_verify, definitions.add_schema)
 
 
 def build() -> tuple[Parser, dict[str, Parser]]:
