@@ -1,8 +1,8 @@
 """Stability of rotating rigid bodies and other mechanical systems: measured maps, motions and answers.
 
-Each command of `polhode` is a function here: `survey`, `open_map`, `point`, `critical`, `modes`, `body`, `uncertainty`,
-`tumbler`, `motion`, `certify`, `run`; `content_hash` identifies a map; pictures are in `sweeps.plot` and `ds.polhode`.
-Numbers are in SI units, or text with a unit: "30 rpm".
+Each command of `polhode` is a function here: `survey`, `open_map`, `point`, `critical`, `modes`, `response`, `body`,
+`uncertainty`, `tumbler`, `motion`, `certify`, `run`; `content_hash` identifies a map; pictures are in `sweeps.plot` and
+`ds.polhode`. Numbers are in SI units, or text with a unit: "30 rpm".
 
     >>> import sweeps
     >>> ds = sweeps.survey(I1=1.0, I2=2.0, I3=2.5, omega0="60 rpm", axes=[2])
@@ -237,6 +237,49 @@ def modes(
 
     plot.register()
     return find_modes(ds, along, coordinates, definition)
+
+
+def response(
+    ds: "xr.Dataset | str | Path",
+    force: Mapping[str, float],
+    frequencies: "Sequence[Quantity] | np.ndarray",
+    *,
+    definition: str | None = None,
+    **coordinates: "Quantity",
+) -> "xr.Dataset":
+    """Return the response of the linear motion about a stable equilibrium to a harmonic force.
+
+    The force f cos(wt) makes the motion Re(Y exp(iwt)), with Y = (K - w^2 M + iwC)^-1 f by theory (C with gyroscopic, K
+    with circulatory forces). Y is measured from the samples of an integrated motion over whole periods, from which the
+    transient is removed by the flow over a period.
+
+    Args:
+        ds: a map of modes or of eigenvalues over a grid, or its path.
+        force: coordinate → amplitude of its generalised force (of equations of first order: state → amplitude of what
+            is added to its rate), all in phase.
+        frequencies: angular frequencies w > 0, rad s-1.
+        definition: name or path of the map's definition, if its system is a Python file.
+        coordinates: dimension → value of the point; the nearest grid value is used.
+
+    Returns:
+        A Dataset over `angular_frequency` and `component`: `response_amplitude`, abs(Y) in the component's `unit`, and
+        `response_phase` of Y (rad; negative behind the force), measured, with suffix _error, bounds on the deviation,
+        and _theory. The measured ones are missing where an error exceeds a tenth, as at a resonance without damping.
+
+    Raises:
+        RefusedError: for a map without modes, a point that is not stable, and a name or value that the map does not
+            have.
+
+    Example:
+        >>> ds = sweeps.survey(system="rotor", spin_rate=0.5)
+        >>> shake = sweeps.response(ds, {"x": 1.0}, [0.5, 1.0])
+        >>> [round(float(amplitude), 6) for amplitude in shake.response_amplitude.sel(component="x")]
+        [1.331649, 14.583333]
+    """
+    from sweeps.maps.response import find_response
+
+    plot.register()
+    return find_response(ds, force, frequencies, coordinates, definition)
 
 
 def body(
@@ -544,6 +587,7 @@ __all__ = [
     "open_map",
     "plot",
     "point",
+    "response",
     "run",
     "survey",
     "tumbler",

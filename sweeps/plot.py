@@ -14,7 +14,7 @@ panels replaces `ax`, which must have a grid specification (`subplots`). The fir
 import importlib
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -71,6 +71,25 @@ def root_locus(ds: "xr.Dataset", along: str, at: Mapping | None = None, ax: "Axe
     return _draw_modes(lambda modes, axes: mode_figures.draw_root_locus(modes, along, axes), ds, along, at, ax)
 
 
+def response(
+    ds: "xr.Dataset", force: Mapping, frequencies: Sequence, at: Mapping | None = None, ax: "Axes | None" = None
+) -> "Axes":
+    """Draw the response to a harmonic force over its frequency: measured amplitudes and phases on theory's lines.
+
+    Args:
+        ds: a map of modes or of eigenvalues.
+        force: coordinate or state → amplitude, as of `sweeps.response`.
+        frequencies: angular frequencies, rad s-1.
+        at: dimension → value, for each dimension of several values.
+        ax: Axes to draw in; None for a new figure.
+    """
+    from sweeps.maps.response import find_response
+    from sweeps.views import mode_figures
+
+    answer = find_response(ds, force, frequencies, _check_places(at), None)
+    return _draw_panel(lambda panel: mode_figures.draw_response(answer, panel), "response", ax)
+
+
 def _draw_modes(drawing: Callable, whole_map, along: str, places: Mapping | None, axes: "Axes | None") -> "Axes":
     """Draw the modes of a map along a parameter."""
     from sweeps.maps.modes import select_points
@@ -81,7 +100,7 @@ def _draw_modes(drawing: Callable, whole_map, along: str, places: Mapping | None
     return _draw_panel(lambda panel: drawing(modes, panel), "modes", axes)
 
 
-_names = ["stability", "campbell", "root_locus", "deviations"]
+_names = ["stability", "campbell", "root_locus", "response", "deviations"]
 
 
 def _named_figure(name: str, doc: str, picture: str = "") -> Callable[..., "Axes"]:

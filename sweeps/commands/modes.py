@@ -1,4 +1,4 @@
-"""Commands on the modes of a map: critical, modes."""
+"""Commands on the modes of a map: critical, modes, response."""
 
 import math
 from pathlib import Path
@@ -103,41 +103,48 @@ def _show_modes(args):
     points.check_line()
     with progress.announce("computing shapes; the first time on a machine kernels are compiled"):
         line = points.modes(measured=suffix not in FIGURES)
-    if suffix in FIGURES:
-        _draw_modes(line, args)
-    elif args.output:
-        _write_modes(line, args.output)
-    elif args.json:
-        printing.print_json(line.squeeze().to_dict())
-        return
-    else:
+    picture = "draw_root_locus" if args.root_locus else "draw_campbell"
+    if not _has_written(line, args, picture, args.along):
         _print_modes(line, points.spectrum, args.along)
-    for place in points.places.values():
-        print(place)
-    if args.output:
-        print(args.output)
+    if not args.json:
+        for place in points.places.values():
+            print(place)
 
 
-def _draw_modes(line, args):
-    """Write the Campbell diagram or the root locus of modes."""
-    from sweeps.process.files import replace_output
-    from sweeps.views import figures, mode_figures
+def _has_written(ds, args, picture, *setting) -> bool:
+    """Write a Dataset as JSON, netCDF, CSV (a line for each component) or a picture; False if none is asked for.
 
-    draw = mode_figures.draw_root_locus if args.root_locus else mode_figures.draw_campbell
-    with replace_output(args.output) as temporary:
-        figures.save_figure(draw(figures.escape_dollars(line), args.along), temporary, Path(args.output).suffix[1:])
-
-
-def _write_modes(line, path):
-    """Write modes as netCDF, or as CSV with a line for each component of each mode."""
+    Args:
+        ds: the Dataset.
+        args: arguments of the command, with `json` and `output`.
+        picture: the function of `sweeps.views.mode_figures` that draws the Dataset with the `setting`.
+        setting: further arguments of that function.
+    """
     from sweeps.process.files import replace_output
     from sweeps.shards.mapfile import write_part
 
-    if Path(path).suffix == ".nc":
-        write_part(line, path, "modes")
-        return
-    with replace_output(path) as temporary:
-        line.to_dataframe().reset_index().to_csv(temporary, index=False, float_format="%.17g", lineterminator="\n")
+    if args.json:
+        printing.print_json(ds.squeeze().to_dict())
+    if not args.output:
+        return args.json
+    suffix = Path(args.output).suffix
+    if suffix == ".nc":
+        write_part(ds, args.output, "table")
+    else:
+        with replace_output(args.output) as temporary:
+            if suffix == ".csv":
+                table = ds.to_dataframe().reset_index()
+                table.to_csv(temporary, index=False, float_format="%.17g", lineterminator="\n")
+            else:
+                from sweeps.figure import sheets
+                from sweeps.views import figures, mode_figures
+
+                with sheets.use_sheet(sheets.OWN_SIZE):
+                    figure = getattr(mode_figures, picture)(figures.escape_dollars(ds), *setting)
+                    figures.save_figure(figure, temporary, suffix[1:])
+    if not args.json:
+        print(args.output)
+    return True
 
 
 def _print_modes(line, spectrum, along):
@@ -183,3 +190,60 @@ def _format_complex(real, imag):
 
 RATE_HEADINGS = ["rad s-1", "s-1", "error", "damping ratio", "log decrement"]
 WHIRLS = {1.0: "forward", -1.0: "backward", 0.0: "planar"}
+
+
+RESPONSE = """\
+Amplitude and phase of the linear motion about a stable equilibrium under the force f cos(wt), over w: from the samples
+of an integrated motion, with a bound on the error, and by theory. Give each dimension longer than one a value,
+--DIMENSION VALUE. Without -o or --json the frequencies of largest amplitude among those measured are printed.
+
+The suffix of FILE decides: .nc and .csv hold all frequencies; .png, .svg and .pdf show them.
+
+  polhode response results/rotor --stiffness_y 1.3 --internal_damping 0.02 --spin_rate 0.5 --force x=1 \\
+      --frequency 0.1 2 -o response.png
+"""
+
+
+def add_response(commands) -> None:
+    """Add the command `response`."""
+    words = "measure the response to a harmonic force over its frequency"
+    command = parser.add(commands, "response", words, _show_response, RESPONSE, coordinates=True)
+    parser.share(command, "map")
+    text = "amplitudes of the force along coordinates"
+    command.add_argument("--force", nargs="+", type=parser.setting, metavar="NAME=VALUE", required=True, help=text)
+    text = 'first and last angular frequency, rad s-1 ("30 rpm")'
+    command.add_argument("--frequency", nargs=2, metavar="W", required=True, help=text)
+    parser.share(command, "--samples", default=400, help="number of frequencies, evenly spaced (default 400)")
+    _add_definition(command)
+    parser.add_output(command, "the file to write", required=False)
+    parser.share(command, "--json")
+
+
+def _show_response(args):
+    """Print the largest amplitudes of the response to a force, or write the response to a file."""
+    import numpy as np
+
+    from sweeps.maps import motion
+    from sweeps.maps.response import find_response
+    from sweeps.schema.variables import parse_amount
+
+    if args.output:
+        motion.check_format(args.output, (*TABLES, *FIGURES))
+    motion.check_length(None, args.samples)
+    ends = [parse_amount("--frequency", text, "rad s-1") for text in args.frequency]
+    frequencies = np.linspace(*ends, args.samples)
+    response = find_response(args.map, dict(args.force), frequencies, args.coordinates, args.definition, "--")
+    if _has_written(response, args, "draw_response"):
+        return
+    amplitude = response["response_amplitude"].values
+    padded = np.pad(np.nan_to_num(amplitude), ((1, 1), (0, 0)), constant_values=np.inf)
+    component, place = np.nonzero(((padded[1:-1] > padded[:-2]) & (padded[1:-1] > padded[2:])).T)
+    headings = ("component", "rad s-1", "response", "error", "phase, degrees")
+    table = printing.table(*headings)
+    for number, at in zip(component, place, strict=True):
+        row = response.isel(component=number, angular_frequency=at)
+        cells = [(row["angular_frequency"].item(), 8), (row["response_amplitude"].item(), 10)]
+        cells += [(row["response_amplitude_error"].item(), 2)]
+        phase = f"{math.degrees(row['response_phase'].item()):.4f}"
+        table.add_row(str(row["component"].item()), *(_format_number(*cell) for cell in cells), phase)
+    printing.console().print(table)

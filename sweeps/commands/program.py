@@ -40,6 +40,7 @@ COMMANDS: tuple[Callable, ...] = (definitions.add_check, definitions.add_run, ma
 COMMANDS += (
     modes.add_critical,
     modes.add_modes,
+    modes.add_response,
     maps.add_slice,
     bodies.add_body,
     bodies.add_motion,

@@ -83,6 +83,11 @@ class MapPoints:
         dims = [dim for dim in self._dims if self.points.sizes[dim] > 1 and dim != self.along]
         selection.check_places(self.points, dims, self._prefix)
 
+    def arguments(self) -> dict[str, np.ndarray]:
+        """Return dimension → its values at the points, shape (points,); a parameter that is followed varies fastest."""
+        grids = np.meshgrid(*(self.points[dim].values for dim in self._dims), indexing="ij")
+        return {dim: grid.ravel() for dim, grid in zip(self._dims, grids, strict=True)}
+
     def modes(self, measured: bool = True) -> "xr.Dataset":
         """Return the modes of all points, with their eigenvalues as the map contains them.
 
@@ -93,8 +98,7 @@ class MapPoints:
 
         points, system = self.points, critical_values.system_of(self.sweep)
         shape = [points.sizes[dim] for dim in self._dims]
-        grids = np.meshgrid(*(points[dim].values for dim in self._dims), indexing="ij")
-        arguments = {dim: grid.ravel() for dim, grid in zip(self._dims, grids, strict=True)}
+        arguments = self.arguments()
         integration = self.sweep.definition.integration if measured else None
         predicted, fitted = system.mode_shapes(arguments, integration)[:2]
         rates, rate_errors = system.complex_rates(points)

@@ -72,7 +72,7 @@ class LinearModel(Model):
         """Return all columns of points, in units, as `relative.survey` does."""
         first_rows, row = runs_of([np.asarray(points[name]) for name in (*self.names, "equilibrium")])
         theory = relative.theory(self, {name: np.asarray(values)[first_rows] for name, values in points.items()})
-        propagators, error, halving = self.integrate(theory)
+        propagators, error, halving = integrate(theory["matrix"], SPACING / theory["scale"])
         raw = np.full((len(error), flows.FIRST + codes.HEAD + 4 * self.n), np.nan)
         raw[:, flows.HALVING], raw[:, flows.STEPS], raw[:, flows.SAMPLES] = halving, 2 * NUM_STEPS, 2.0
         raw[:, flows.AMPLITUDE], raw[:, flows.REMAINDER], raw[:, flows.FIRST + codes.EXCITATION] = 1.0, 0.0, 1.0
@@ -87,24 +87,33 @@ class LinearModel(Model):
 
     def mode_shapes(self, theory):
         """Return the shapes of the propagators' modes."""
-        propagators, error, _halving = self.integrate(theory)
+        propagators, error, _halving = integrate(theory["matrix"], SPACING / theory["scale"])
         return mode_shapes.find_shapes(self, theory, propagators, error, np.log)
 
-    @staticmethod
-    def integrate(theory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return propagators of perturbations over sizes, their errors, and the change by halving the steps."""
-        jacobian, results = theory["matrix"], []
-        for steps in (NUM_STEPS, 2 * NUM_STEPS):
-            propagator = np.broadcast_to(np.eye(jacobian.shape[1]), jacobian.shape)
-            for _step in range(steps):
-                term = propagator
-                for order in range(1, TAYLOR_ORDER + 1):
-                    term = jacobian @ term * (SPACING / steps / order / theory["scale"])[:, None, None]
-                    propagator = propagator + term
-            results.append(propagator)
-        halving = np.abs(results[1] - results[0]).max(axis=(1, 2))
-        size = np.linalg.norm(results[1], axis=(1, 2))
-        return results[1], jacobian.shape[1] * (halving + PROPAGATOR_ROUNDING * size), halving
+
+def integrate(matrices, intervals) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return propagators as of `taylor_propagators`, bounds on their errors' norms, and changes by halving steps."""
+    coarse, propagators = (taylor_propagators(matrices, intervals, steps) for steps in (NUM_STEPS, 2 * NUM_STEPS))
+    halving = np.abs(propagators - coarse).max(axis=(1, 2))
+    size = np.linalg.norm(propagators, axis=(1, 2))
+    return propagators, matrices.shape[1] * (halving + PROPAGATOR_ROUNDING * size), halving
+
+
+def taylor_propagators(matrices, intervals, steps: int = NUM_STEPS) -> np.ndarray:
+    """Return propagators e^{Ah}, shape (points, n, n), by Taylor steps.
+
+    Args:
+        matrices: A, s-1, shape (points, n, n), with its states in units of their sizes.
+        intervals: h, s, at most SPACING over a bound of the rates of A, shape (points,).
+        steps: number of steps of an interval.
+    """
+    propagators = np.broadcast_to(np.eye(matrices.shape[1]), matrices.shape)
+    for _step in range(steps):
+        term = propagators
+        for order in range(1, TAYLOR_ORDER + 1):
+            term = matrices @ term * (intervals / steps / order)[:, None, None]
+            propagators = propagators + term
+    return propagators
 
 
 def _always(value):

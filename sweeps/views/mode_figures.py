@@ -1,4 +1,4 @@
-"""Campbell diagram and root locus: the measured eigenvalues of one equilibrium over one parameter, mode by mode."""
+"""Campbell diagram and root locus, mode by mode, and the response to a harmonic force over its frequency."""
 
 from collections.abc import Iterable, Iterator
 from itertools import cycle
@@ -67,6 +67,32 @@ def draw_root_locus(modes: xr.Dataset, along: str, axes: Axes | None = None) -> 
     panel.set_title(f"{low} (dot) to {high}", loc="left")
     real, imag = (wording.with_unit(f"{axis_name} part", "s-1", "  ({})") for axis_name in ("real", "imaginary"))
     panel.set(xlabel=real, ylabel=imag)
+    return figure
+
+
+def draw_response(response: xr.Dataset, axes: Axes | None = None) -> Figure:
+    """Draw the measured amplitude and phase of each component over the frequency of a force, on theory's lines.
+
+    Args:
+        response: of `sweeps.response`.
+        axes: Axes to draw in; None for a new figure.
+    """
+    subtitle = f"force: {response.attrs['force']}"
+    figure, (upper, lower) = canvas.make_panels(2, CELL, str(response.attrs["title"]), subtitle, axes)
+    w = response["angular_frequency"].values
+    for component, color in zip(response["component"].values, cycle(colors.SERIES_COLORS)):
+        curve = response.sel(component=component)
+        upper.plot(w, curve["response_amplitude_theory"], color=colors.INK, linewidth=0.7)
+        upper.plot(w, curve["response_amplitude"], ".", color=color, markersize=3, label=str(component))
+        lower.plot(w, np.degrees(np.unwrap(curve["response_phase_theory"])), color=colors.INK, linewidth=0.7)
+        turns = np.round((np.unwrap(curve["response_phase_theory"]) - curve["response_phase"]) / (2.0 * np.pi))
+        lower.plot(w, np.degrees(curve["response_phase"] + 2.0 * np.pi * turns), ".", color=color, markersize=3)
+    units = {*response["unit"].values.tolist()}
+    label = wording.with_unit("angular frequency of the force", "rad s-1", "  ({})")
+    unit = units.pop() if len(units) == 1 else "1"
+    upper.set(xlabel=label, ylabel=wording.with_unit("amplitude of the response", unit, "  ({})"), yscale="log")
+    lower.set(xlabel=label, ylabel="phase from the force  (degrees)")
+    canvas.draw_legend(figure)
     return figure
 
 

@@ -193,7 +193,7 @@ def test_the_command_prints_modes_and_writes_tables_and_pictures(tmp_path, monke
     assert facts["damping_ratio"]["data"] == point.damping_ratio.values.tolist()
     curves = [line.split()[1] for line in output("--along", "spin_rate").splitlines() if "ward" in line]
     assert curves == ["3"] * 4 + ["4"] * 4
-    assert output("--along", "spin_rate", "-o", "modes.csv").splitlines()[-1] == "modes.csv"
+    assert "modes.csv" in output("--along", "spin_rate", "-o", "modes.csv").splitlines()
     assert len((tmp_path / "modes.csv").read_text().splitlines()) == 1 + 4 * 4 * 2  # speeds, eigenvalues, components
     widths = []
     for words in ([], ["--root-locus"]):
