@@ -259,11 +259,11 @@ def add_page(commands) -> None:
 def _write_page(args):
     """Measure the triangle of shapes, write its page as one HTML file, and print its name."""
     from sweeps.reading.definitions import file_text, plain, read_text
-    from sweeps.systems.rigid_body.presentation.page import ONE_SIZE, TITLE
+    from sweeps.systems.rigid_body.presentation.page import ONE_SIZE, OWN_TITLE
     from sweeps.views import report
 
     values = plain(read_text(file_text(catalogue.shipped_files()[catalogue.DEFAULT])))
-    values |= {"title": TITLE, "grid": values["grid"] | ONE_SIZE}
+    values |= {"title": OWN_TITLE, "grid": values["grid"] | ONE_SIZE}
     with progress.announce("measuring the triangle of shapes; the first time on a machine its kernels are compiled"):
         report.write_report(sweeps.survey(values), args.output, MAX_BYTES)
     print(args.output)

@@ -174,7 +174,7 @@ class FileBody:
 
 
 def check_unique_names(bodies: tuple) -> tuple:
-    """Return bodies or parts of which all names differ; refuse others."""
+    """Return bodies or parts with different names; refuse others."""
     names = [body.name for body in bodies]
     words = "is an earlier name", "names that all differ"
     if repeated := [number for number, name in enumerate(names) if name in names[:number]]:

@@ -14,7 +14,7 @@ from sweeps.systems.orbit.shapes import inertia_ratios
 
 MAX_KEPLER_STEPS = 60  # Newton's method from E = π converges for all orbits; at e = 0.95 it takes a dozen steps
 TILT = 0.01  # rad, initial tilt of a motion to be shown; perturbations of maps are too small to be seen
-SHOWN_ORBITS = 10  # orbits of a motion whose duration is left out
+SHOWN_ORBITS = 10  # default number of orbits of a motion
 
 
 def true_anomaly(mean: np.ndarray, eccentricity: float) -> np.ndarray:

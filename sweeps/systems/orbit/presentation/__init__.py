@@ -25,7 +25,7 @@ APPEARANCE = Appearance(
         "epsilon": Symbol(r"$\varepsilon$", "ε"),
     },
 )
-CENTRE_KEYS = ("a_over_b", "b_over_c")  # shape parameters of which a probability is given
+CENTRE_KEYS = ("a_over_b", "b_over_c")  # shape parameters with a probability
 GROWING = [REGIMES.index(name) - 1 for name in ("unstable", "period_doubling", "flutter")]
 
 

@@ -15,7 +15,7 @@ FILES = (*turning.FILES, *rates.FILES, TRIANGLE, *(Path(__file__).parent / name 
 QUESTION = "Is a spin about each principal axis stable, with which rates, and how accurate are they?"
 ON_PLANE = "On the triangle a drag changes the body. Space: play or pause. "
 ON_PLANE += "Black lines: Ω² = 0 in linear theory. Hatched: physically impossible."
-TITLE = "Spin a body of your own"  # of the page that `polhode page` writes
+OWN_TITLE = "Spin a body of your own"  # title of the page that `polhode page` writes
 ONE_SIZE = {"I3": 0.01748, "omega0": 10.0}  # kg m2 and rad/s, of the triangle of shapes in it: a thrown racket's
 IN_TABLE = "★ marks the usual spin axis of a body."
 
