@@ -63,10 +63,8 @@ def _read_open_file(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
         except ImportError:
             raise MeshError("needs pycollada, which is not here", "pip install pycollada, or an STL file") from None
     digest = hashlib.file_digest(file, "sha256").hexdigest()
-    seconds, memory = (
-        sandbox.MAX_SECONDS + file.size * SECONDS_PER_BYTE,
-        sandbox.MAX_BYTES + file.size * MEMORY_FACTOR,
-    )
+    seconds = sandbox.MAX_SECONDS + file.size * SECONDS_PER_BYTE
+    memory = sandbox.MAX_BYTES + file.size * MEMORY_FACTOR
     try:
         reason, *arrays = sandbox.parts_from_child(partial(_parse_mesh, file), seconds, memory)
     except sandbox.ChildError:
@@ -77,19 +75,9 @@ def _read_open_file(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
     vertices = np.frombuffer(arrays[0], "f8").reshape(-1, 3).copy()
     faces = np.frombuffer(arrays[1], "i8").reshape(-1, 3).copy()
     if len(faces) < 4 or not np.abs(vertices).max() <= MAX_COORDINATE:  # NaN is not
-        problem = (
-            f"holds no body: fewer than four triangles, or points that are no numbers or beyond {MAX_COORDINATE:g}"
-        )
-        raise MeshError(problem)
+        reason = f"fewer than four triangles, or points that are no numbers or beyond {MAX_COORDINATE:g}"
+        raise MeshError(f"holds no body: {reason}")
     return vertices, faces, digest
-
-
-def _stated_unit(file: FileBytes) -> float:
-    """Return the unit of length that a DAE file states, m."""
-    import collada
-
-    file.seek(0)
-    return float(collada.Collada(file, ignore=[collada.common.DaeError]).assetInfo.unitmeter or 1.0)
 
 
 def _parse_mesh(file: FileBytes):
@@ -108,7 +96,8 @@ def _parse_mesh(file: FileBytes):
             else:  # a stream has no path, so trimesh opens no texture or material that the file names
                 mesh = trimesh.load_mesh(file, file_type=kind[1:], skip_materials=True, process=False)
                 vertices, faces = np.array(mesh.vertices, "f8"), np.array(mesh.faces, "i8")
-                vertices *= _stated_unit(file) if kind == ".dae" else 1.0
+                if kind == ".dae":  # which states its unit of length
+                    vertices *= trimesh.units.unit_conversion(mesh.units, "meters")
             vertices, faces = _join_equal(vertices, faces)
         return [b"", vertices.tobytes(), faces.tobytes()]
     except MemoryError:
@@ -135,16 +124,12 @@ def _parse_table(content: bytes) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _join_equal(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices with equal ones made one (by hashes of their bits, which are compared thereafter), and faces."""
+    """Return vertices in ascending order with equal ones made one, and faces."""
     if len(faces) and not 0 <= faces.min() <= faces.max() < len(vertices):
         raise ValueError("it names points that it does not have")
-    vertices = vertices + 0.0  # no negative zeros
-    keys = np.zeros(len(vertices), np.uint64)
-    for bits in np.ascontiguousarray(vertices.T).view(np.uint64):
-        keys = (keys ^ bits) * np.uint64(0x9E3779B97F4A7C15)
-        keys = (keys ^ (keys >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
-        keys ^= keys >> np.uint64(32)
-    _, first, number = np.unique(keys, return_index=True, return_inverse=True)
-    if not (vertices[first[number]] == vertices).all():  # equal hashes of different points
-        _, first, number = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
-    return vertices[first], number.reshape(-1)[faces]
+    order = np.lexsort(vertices.T)  # takes a fifth of the time of `np.unique`
+    vertices = vertices[order]
+    is_first = (np.diff(vertices, axis=0, prepend=np.nan) != 0).any(axis=1)
+    numbers = np.empty_like(order)
+    numbers[order] = np.cumsum(is_first) - 1
+    return vertices[is_first], numbers[faces]

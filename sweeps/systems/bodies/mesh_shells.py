@@ -81,18 +81,23 @@ def _edges_of(faces: np.ndarray, num_vertices: int) -> Edges:
 
 def _join_corners(vertices: np.ndarray, faces: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices and faces with corners closer than `distance` of the largest coordinate, in each, made one."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
     used, faces = np.unique(faces, return_inverse=True)
     vertices = vertices[used]
     radius = distance * np.abs(vertices).max() * np.sqrt(3.0)
-    pairs = cKDTree(vertices).query_pairs(radius, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(vertices),) * 2)
-    _, labels = connected_components(links, directed=False)
+    labels = _components(len(vertices), *cKDTree(vertices).query_pairs(radius, output_type="ndarray").T)
     _, first = np.unique(labels, return_index=True)
     return vertices[first], _without_equal_corners(labels[faces.reshape(-1, 3)])
+
+
+def _components(count: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the number of the component of each of `count` nodes, in the order of their first nodes, by links."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    links = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(count, count))
+    return connected_components(links, directed=False)[1]
 
 
 def _neighbours(edges: Edges, is_linked: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -101,38 +106,20 @@ def _neighbours(edges: Edges, is_linked: np.ndarray) -> tuple[np.ndarray, np.nda
     return edges.face[:-1][same], edges.face[1:][same], (edges.sense[1:] == edges.sense[:-1])[same]
 
 
-def _components(edges: Edges, num_faces: int, is_linked: np.ndarray) -> np.ndarray:
-    """Return the number of the component of each face, faces being linked across edges for which `is_linked`."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    first, second, _ = _neighbours(edges, is_linked)
-    links = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(num_faces, num_faces))
-    return connected_components(links, directed=False)[1]
-
-
 def _wind_alike(faces: np.ndarray, edges: Edges) -> np.ndarray:
-    """Return faces turned such that both faces of every edge of two follow it in opposite senses, where possible."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import breadth_first_order, connected_components
+    """Return faces turned such that both faces of every edge of two follow it in opposite senses, where possible.
 
+    Each face has two nodes, one for each of its senses; an edge links the two pairs of senses that fit together. The
+    nodes of a surface make two components, of opposite senses.
+    """
     first, second, is_alike = _neighbours(edges, edges.uses == 2)
-    n = len(faces)
-    # one more node linked to a face of each component makes the whole a tree for one search
-    _, labels = connected_components(coo_array((np.ones(len(first)), (first, second)), shape=(n, n)), directed=False)
-    roots = np.unique(labels, return_index=True)[1]
-    links = np.concatenate([first, roots]), np.concatenate([second, np.full(len(roots), n)])
-    weights = np.concatenate([np.where(is_alike, 2.0, 1.0), np.ones(len(roots))])
-    graph = coo_array((weights, links), shape=(n + 1, n + 1)).tocsr()
-    graph = graph.maximum(graph.T)
-    order, parents = breadth_first_order(graph, n, directed=False)
-    parents[n] = n
-    children = order[1:]
-    turned = np.zeros(n + 1, bool)
-    turned[children] = np.asarray(graph[children, parents[children]]).ravel() == 2.0
-    while (parents != n).any():  # add the turns of all ancestors, twice as far in each pass
-        turned, parents = turned ^ turned[parents], parents[parents]
-    return np.where(turned[:n, None], faces[:, ::-1], faces)
+    count = len(faces)
+    links = (
+        np.concatenate([first, first + count]),
+        np.concatenate([second + count * is_alike, second + count * ~is_alike]),
+    )
+    labels = _components(2 * count, *links)
+    return np.where((labels[:count] > labels[count:])[:, None], faces[:, ::-1], faces)
 
 
 def _label_surfaces(edges: Edges, num_faces: int) -> np.ndarray:
@@ -141,7 +128,7 @@ def _label_surfaces(edges: Edges, num_faces: int) -> np.ndarray:
     A surface is what hangs together across edges of two faces if that is closed; pieces that are closed only together,
     across edges of more faces, are one surface.
     """
-    labels = _components(edges, num_faces, edges.uses == 2)
+    labels = _components(num_faces, *_neighbours(edges, edges.uses == 2)[:2])
     count = labels.max() + 1
     keys = edges.number * count + labels[edges.face]
     distinct, inverse = np.unique(keys, return_inverse=True)
@@ -149,9 +136,8 @@ def _label_surfaces(edges: Edges, num_faces: int) -> np.ndarray:
     if is_open.any():
         has_open_piece = np.zeros(len(edges.uses), bool)
         has_open_piece[distinct[is_open] // count] = True
-        labels = _components(edges, num_faces, (edges.uses == 2) | has_open_piece)
-    _, first, numbers = np.unique(labels, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(first))[numbers]
+        labels = _components(num_faces, *_neighbours(edges, (edges.uses == 2) | has_open_piece)[:2])
+    return labels
 
 
 def volumes_of(shells: Shells) -> np.ndarray:
@@ -169,8 +155,6 @@ def mass_properties(vertices: np.ndarray, faces: np.ndarray) -> tuple[float, np.
     a, b, c = np.moveaxis(vertices[faces], 1, 0)
     D, s = np.einsum("ij,ij->i", a, np.cross(b, c)), a + b + c
     volume = float(D.sum() / 6)
-    if volume == 0.0:
-        return 0.0, np.zeros(3), np.zeros((3, 3))
     centre = D @ s / 24 / volume
     second = sum((D[:, None] * x).T @ x for x in (a, b, c, s)) / 120 - volume * np.outer(centre, centre)
     return volume, centre, np.trace(second) * np.eye(3) - second
