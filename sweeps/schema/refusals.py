@@ -8,12 +8,13 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
     from pydantic_core import PydanticCustomError
 
+ModelOf = TypeVar("ModelOf", bound="BaseModel")
 TAGS = ("\0number", "\0list", "\0range")  # forms of a grid's entry; no key equals any of these: keys are printable
 
 _MAX_PROBLEMS_SHOWN = 10
@@ -194,6 +195,7 @@ def keys_of(model: "type[BaseModel]") -> str:
 
 
 _WORDS = {"string_type": "is not text (quote it)", "tuple_type": "is not a list", "model_type": "is not a mapping"}
+_WORDS["dict_type"] = _WORDS["model_type"]
 
 
 def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> list[Problem]:
@@ -209,6 +211,16 @@ def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> li
         else:
             problems.append(_built_in_problem(item, where, root, len(problems) < _MAX_PROBLEMS_SHOWN))
     return problems
+
+
+def validate(model: "type[ModelOf]", values: Any, label: str, **context: Any) -> "ModelOf":
+    """Return a model of some values; refuse invalid ones, in messages that begin with a label."""
+    from pydantic import ValidationError
+
+    try:
+        return model.model_validate(values, context=context)
+    except ValidationError as error:
+        raise DefinitionError(message(label, validation_problems(error, model))) from None
 
 
 def name_entries(problems: list[Problem], values: Mapping) -> list[Problem]:
@@ -230,9 +242,10 @@ def _built_in_problem(item: Mapping[str, Any], where: tuple, root: "type[BaseMod
     """Return the problem of one of pydantic's own errors, with the allowed values of its key."""
     model, key = root, ""  # the innermost model on the path, and the key in it
     for step in (step for step in where if not isinstance(step, int)):
-        if key:
-            model = next(models_in(model.model_fields[key].annotation), model)
-        key = step
+        inner = next(models_in(model.model_fields[key].annotation), None) if key else model
+        if inner is None:  # a mapping of any keys
+            break
+        model, key = inner, step
     if item["type"] == "extra_forbidden":
         reason = "is an unknown key" + (hint(where[-1], model.model_fields) if with_hint else "")
         return Problem(where, "", reason, "the keys " + keys_of(model))

@@ -11,6 +11,7 @@ from sweeps.schema import units
 from sweeps.schema.refusals import display, hint, refusal
 
 MAX_SPIN_RATE, MIN_SPIN_RATE = 1e150, 1e-150
+MAX_AMOUNT = 1e30  # bound on lengths and masses in SI units, so that products of five do not overflow
 
 
 def finite(value: Any, allowed: str, unit: str = "") -> float:
@@ -125,10 +126,28 @@ def spin_rate(name: str) -> Any:
     return Annotated[float, number(lambda x: MIN_SPIN_RATE <= abs(x) <= MAX_SPIN_RATE, allowed)]
 
 
+def numbers(words: tuple[str, ...], unit: str, is_size: bool = False) -> BeforeValidator:
+    """Return a validator of a number for each of the words, in a unit, > 0 if it is a size; one may be no list."""
+    allowed = f"{len(words)} numbers{' > 0' if is_size else ''} in {unit}, up to {MAX_AMOUNT:g} ({', '.join(words)})"
+
+    def check(value: Any) -> tuple[float, ...]:
+        """Return as many amounts as there are words; refuse amounts out of range."""
+        amounts = tuple(
+            finite(each, allowed, unit) for each in (value if isinstance(value, tuple | list) else (value,))
+        )
+        is_small = all(abs(amount) <= MAX_AMOUNT for amount in amounts)
+        if len(amounts) != len(words) or not is_small or (is_size and not min(amounts) > 0):
+            raise refusal("is out of range", allowed)
+        return amounts
+
+    return BeforeValidator(check)
+
+
 Moment = Annotated[float, number(lambda x: x >= sys.float_info.min, "a positive number, a moment in kg m2 or a ratio")]
 Epsilon = Annotated[float, number(lambda x: 0 < x < 1, "a number with 0 < epsilon < 1")]
 Phase = Annotated[float, number(lambda x: True, "any finite number, in rad")]
 Positive = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
+Amount = Annotated[float, number(lambda x: 0 < x <= MAX_AMOUNT, f"a finite number > 0, up to {MAX_AMOUNT:g}")]
 Tolerance = Annotated[float, number(lambda x: 1e-13 <= x <= 1e-3, "a number from 1e-13 to 1e-3")]
 TOLERANCE = "1e-13 to 1e-3: below 1e-13 rounding dominates, above 1e-3 the error hides the measured effect"
 Prose = Annotated[str, AfterValidator(str.strip), printable(4000, "printable text, 1 to 4000 characters", also="\n\t")]

@@ -89,6 +89,31 @@ def test_a_mesh_is_read_below_the_package_alone(tmp_path):
         assert link.points.max() == (1.5 if uri in outside else 6.0), uri
 
 
+DEFAULTS = """<mujoco><default><geom type="capsule"/><default class="big"><geom size="0.5 1"/></default></default>
+  <worldbody><body name="arm" childclass="big">%s<geom pos="1 0 0"/>
+    <body name="hand">%s<geom class="main" fromto="0 0 0 1 0 0" size="0.1"/><geom type="sphere" size="0.3"/></body>
+    </body>
+    <body name="free">%s<geom/></body></worldbody></mujoco>"""
+
+
+def test_geoms_have_the_defaults_of_their_class_and_of_the_bodies_around_them(tmp_path):
+    text = DEFAULTS.replace("%s", '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>')
+    arm, hand, free = (link.points for link in read_links(written(tmp_path, "r.xml", text)))
+    assert (arm.min(axis=0).tolist(), arm.max(axis=0).tolist()) == ([0.5, -0.5, -1.5], [1.5, 0.5, 1.5])
+    assert (hand.min(axis=0).tolist(), hand.max(axis=0).tolist()) == ([-0.3, -0.3, -0.3], [1.1, 0.3, 0.3])
+    assert len(free) == 0  # a capsule without a size
+
+
+def test_the_meshes_of_the_requested_link_alone_are_read(tmp_path, monkeypatch):
+    link = re.search('<link name="arm">.*</link>', URDF % "%s.stl", re.DOTALL)[0]
+    text = "".join(link.replace("arm", name).replace("%s", name) for name in ("first", "second"))
+    paths = []
+    monkeypatch.setattr("sweeps.reading.robot_files._mesh_points", lambda path, uri: paths.append(uri))
+    (second,) = read_links(written(tmp_path, "r.urdf", f"<robot>{text}</robot>"), "sec")
+    assert (second.name, paths) == ("second", ["second.stl"])
+    assert second.points.max() == 1.5  # of the visual cylinder: the shapes of collisions are not all known
+
+
 HEAD = '<!DOCTYPE robot [<!ENTITY e SYSTEM "/etc/passwd"><!ENTITY a "aaaaaaaaaa">]>'
 
 

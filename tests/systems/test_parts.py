@@ -367,7 +367,10 @@ BOX = {"name": "A", "box": [1, 1, 1], "mass": 1}
         ({"parts": [BOX | {"tolerance": {"place": -1}}]}, "parts[0].tolerance.place: -1 is out of range"),
         ({"parts": [BOX | {"colour": 1}]}, "parts[0].colour: is an unknown key"),
         ({"parts": [BOX], "spin": [0, 0, 0]}, "spin: [0.0, 0.0, 0.0] is no spin"),
-        ({"parts": [BOX], "states": {"open": {"A": 5}}}, "states: {open: {A: 5}} is not as states are"),
+        (
+            {"parts": [BOX], "states": {"open": {"A": 5}}},
+            "states.open.A: 5 is not a mapping; allowed: a mapping of states",
+        ),
         ({"parts": [BOX | {"mass": 1e200}]}, "parts[0].mass: 1e+200 is out of range"),
         ({"parts": [BOX | {"name": str(k)} for k in range(1001)]}, "have 1,001 rigid pieces"),
         ({"parts": [BOX], "states": {"open": {"B": {}}}}, "states.open.B: is no part"),

@@ -43,6 +43,9 @@ def _tensor(value: object) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(finite(entry, _ROWS, "kg m2") for entry in row) for row in rows)
 
 
+Tensor = Annotated[tuple, BeforeValidator(_tensor)]
+
+
 def _mesh_name(name: str) -> str:
     if problem := inertia.unsupported_format(name):
         raise refusal(*problem)
@@ -90,7 +93,7 @@ class Body(Strict):
     I2: in_unit("kg m2", Moment) = key("moment of inertia about axis 2, kg m2: finite, > 0")
     I3: in_unit("kg m2", Moment) = key("moment of inertia about axis 3, kg m2: finite, > 0")
     ratios: Ratios = key("{I1, I2, I3} in place of moments, in any one unit")
-    tensor: Annotated[tuple, BeforeValidator(_tensor)] = key(
+    tensor: Tensor = key(
         "tensor of inertia about the centre of mass, kg m2, in place of moments, symmetric, "
         f"off-diagonal entries minus the products of inertia; {_ROWS}"
     )

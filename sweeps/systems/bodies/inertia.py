@@ -57,6 +57,12 @@ class Principal:
     notes: tuple[str, ...] = ()  #: remarks on the result, one sentence each
 
     @property
+    def tensor(self) -> np.ndarray:
+        """The tensor of inertia in the axes of the input, shape (3, 3)."""
+        axes = np.array(self.axes)
+        return (axes.T * np.array(self.moments)) @ axes
+
+    @property
     def rotation(self) -> dict[str, list[float]]:
         """Rotation from the principal axes to those of the input: unit quaternion, scalar first, and roll-pitch-yaw.
 
@@ -70,6 +76,16 @@ class Principal:
             rpy = rotation.as_euler("xyz")
         quaternion = rotation.as_quat(canonical=True, scalar_first=True)
         return {"principal_quaternion": quaternion.tolist(), "principal_rpy": rpy.tolist()}
+
+
+def second_moments(tensor: np.ndarray) -> np.ndarray:
+    """Return the second moments of mass, the integral of x xᵀ dm, kg m2, of a tensor of inertia, shape (…, 3, 3)."""
+    return np.trace(tensor, axis1=-2, axis2=-1)[..., None, None] / 2 * np.eye(3) - tensor
+
+
+def tensor_of(second: np.ndarray) -> np.ndarray:
+    """Return the tensor of inertia of second moments of mass, kg m2, shape (…, 3, 3)."""
+    return np.trace(second, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - second
 
 
 def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDING) -> Principal:
@@ -190,9 +206,9 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
     scale, middle = UNITS[unit], (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     vertices, extents = (vertices - middle) * scale, np.ptp(vertices, axis=0) * scale
     faces, orientation_notes = _orient_surfaces(shells._replace(vertices=vertices))
-    volume, centre, tensor = mesh_shells.mass_properties(vertices, faces)
+    volume, centre, second = mesh_shells.mass_properties(vertices, faces)
     density = mass / volume if density is None else density
-    inertia = principal(density * tensor, MESH_ROUNDING)
+    inertia = principal(density * tensor_of(second), MESH_ROUNDING)
     notes += orientation_notes + _unit_doubts(extents, None if mass is None else density, scale)
     return Solid(
         principal=replace(inertia, notes=notes + inertia.notes),

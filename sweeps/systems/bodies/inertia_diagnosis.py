@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernels.free.triangle import FLATNESS_TOLERANCE
-from sweeps.systems.bodies.inertia import DENSITIES, MAX_ASYMMETRY
+from sweeps.systems.bodies.inertia import DENSITIES, MAX_ASYMMETRY, second_moments
 
 CAUSES = (
     "power_of_ten", "units", "about_origin", "product_sign", "one_sided", "axes_swapped", "parallel_axis_twice",
@@ -128,11 +128,6 @@ def nearest_possible(tensor: np.ndarray) -> np.ndarray:
     moments, axes = np.linalg.eigh((tensor + tensor.T) / 2)
     size, sums = np.abs(moments).max() or 1.0, 1.0 - np.eye(3)
     return size * (axes * (sums @ nnls(sums, moments / size)[0])) @ axes.T
-
-
-def second_moments(tensor: np.ndarray) -> np.ndarray:
-    """Return the second moments of mass about the centre of mass, kg m2, of a tensor of inertia, shape (3, 3)."""
-    return np.trace(tensor) / 2 * np.eye(3) - tensor
 
 
 def check_tensor(tensor: np.ndarray, evidence: Evidence = NOTHING) -> TensorFit:

@@ -151,10 +151,10 @@ def volumes_of(shells: Shells) -> np.ndarray:
 
 
 def mass_properties(vertices: np.ndarray, faces: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return volume, centre of volume (3,), and the inertia tensor of unit density about that centre (3, 3)."""
+    """Return volume, centre of volume (3,), and the second moments of the volume about that centre (3, 3)."""
     a, b, c = np.moveaxis(vertices[faces], 1, 0)
     D, s = np.einsum("ij,ij->i", a, np.cross(b, c)), a + b + c
     volume = float(D.sum() / 6)
     centre = D @ s / 24 / volume
-    second = sum((D[:, None] * x).T @ x for x in (a, b, c, s)) / 120 - volume * np.outer(centre, centre)
-    return volume, centre, np.trace(second) * np.eye(3) - second
+    second = sum((D[:, None] * x).T @ x for x in (a, b, c, s)) / 120
+    return volume, centre, second - volume * np.outer(centre, centre)

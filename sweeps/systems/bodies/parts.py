@@ -19,10 +19,9 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, ValidationError, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag, create_model, model_validator
 
 from sweeps.reading.definitions import file_text, plain, read_text
-from sweeps.reading.mesh import MAX_COORDINATE
 from sweeps.reading.tables import heading
 from sweeps.schema.parameters import Strict, key
 from sweeps.schema.refusals import (
@@ -35,9 +34,9 @@ from sweeps.schema.refusals import (
     message,
     refusal,
     refusals,
-    validation_problems,
+    validate,
 )
-from sweeps.schema.values import Prose, convert_unit, finite, line_of_text, not_empty, number
+from sweeps.schema.values import MAX_AMOUNT, Amount, Prose, finite, in_unit, line_of_text, not_empty, number, numbers
 from sweeps.systems.bodies import inertia
 from sweeps.systems.bodies.body import Body, FileBody, check_unique_names
 
@@ -62,32 +61,7 @@ SHAPES = {
 }
 MAX_PIECES = 1000  # number of parts of a body; draws of more would take minutes
 KINDS = (*SHAPES, "point", "body")
-Amount = Annotated[float, number(lambda x: 0 < x <= MAX_COORDINATE, "a finite number > 0, up to 1e30")]
 Name = Annotated[str, line_of_text(100)]
-
-
-def _numbers(words: tuple[str, ...], unit: str, is_size: bool = False) -> BeforeValidator:
-    """Return a validator of a number for each of the words, in a unit, > 0 if it is a size; one may be no list."""
-    allowed = f"{len(words)} numbers{' > 0' if is_size else ''} in {unit}, up to 1e30 ({', '.join(words)})"
-
-    def check(value: Any) -> tuple[float, ...]:
-        """Return as many amounts as there are words; refuse amounts out of range."""
-        values = value if isinstance(value, tuple | list) else (value,)
-        amounts = tuple(finite(each, allowed, unit) for each in values)
-        is_small = all(abs(amount) <= MAX_COORDINATE for amount in amounts)
-        if len(amounts) != len(words) or not is_small or (is_size and not min(amounts) > 0):
-            raise refusal("is out of range", allowed)
-        return amounts
-
-    return BeforeValidator(check)
-
-
-def _lengths(shape: str) -> BeforeValidator:
-    return _numbers(SHAPES[shape].words, "m", is_size=True)
-
-
-def _in_unit(unit: str) -> BeforeValidator:
-    return BeforeValidator(lambda value: convert_unit(value, unit))
 
 
 _TURNED = "{x: ANGLE, y: ANGLE, z: ANGLE}: rotations about these fixed axes in the order given (rad, or 90 deg), or a "
@@ -113,8 +87,8 @@ _MASS, _PLACE = "of the mass, relative (5 %): from 0 to below 1", "of the place 
 class Tolerance(Strict):
     """Standard deviations of the mass and the place of a part."""
 
-    mass: Annotated[float, number(lambda x: 0 <= x < 1, _MASS), _in_unit("1")] = key(_MASS)
-    place: Annotated[float, number(lambda x: 0 <= x <= MAX_COORDINATE, _PLACE), _in_unit("m")] = key(_PLACE)
+    mass: in_unit("1", Annotated[float, number(lambda x: 0 <= x < 1, _MASS)]) = key(_MASS)
+    place: in_unit("m", Annotated[float, number(lambda x: 0 <= x <= MAX_AMOUNT, _PLACE)]) = key(_PLACE)
 
 
 class SharedTolerance(NamedTuple):
@@ -141,12 +115,11 @@ class Piece(NamedTuple):
 
 def _piece_of(body: Body, mass: Any) -> Piece:
     """Return a body, given by moments, tensor or mesh, as a piece in its own coordinates."""
-    axes = np.eye(3) if body.principal is None else np.array(body.principal.axes)
     centre, rounding = np.zeros(3), inertia.TENSOR_ROUNDING
     if body.solid is not None:
         mass, centre, rounding = body.solid.mass, np.array(body.solid.centre), inertia.MESH_ROUNDING
-    second = sum(body.moments) / 2 - np.array(body.moments)  # second moments along the principal axes
-    return Piece(mass, centre, (axes.T * second) @ axes / mass, rounding)
+    tensor = np.diag(body.moments) if body.principal is None else body.principal.tensor
+    return Piece(mass, centre, inertia.second_moments(tensor) / mass, rounding)
 
 
 OtherBody = Annotated[
@@ -156,26 +129,28 @@ OtherBody = Annotated[
 ]
 
 
-class Part(Strict):
+ShapeLengths: Any = create_model(
+    "ShapeLengths",
+    __base__=Strict,
+    **{
+        name: (Annotated[tuple, numbers(shape.words, "m", is_size=True)], key(f"lengths, m: {', '.join(shape.words)}"))
+        for name, shape in SHAPES.items()
+    },
+)
+
+
+class Part(ShapeLengths):
     """One part: its shape, mass and place."""
 
     name: Name = key("the part's name, unique in its list: one line of text, at most 100 characters", ...)
-    box: Annotated[tuple, _lengths("box")] = key("edges, m")
-    cylinder: Annotated[tuple, _lengths("cylinder")] = key("radius, and length along z, m")
-    sphere: Annotated[tuple, _lengths("sphere")] = key("radius of a solid sphere, m")
-    shell: Annotated[tuple, _lengths("shell")] = key("radius of a thin spherical shell, m")
-    plate: Annotated[tuple, _lengths("plate")] = key("edges along x and y of a thin plate, m")
-    rod: Annotated[tuple, _lengths("rod")] = key("length along z of a thin rod, m")
     point: bool = key("true for a point mass")
     body: OtherBody = key("another body: {parts}, {mesh: {file, density or mass, unit}}, {tensor} or {I1, I2, I3}")
-    at: Annotated[tuple, _numbers(("x", "y", "z"), "m")] = key(
+    at: Annotated[tuple, numbers(("x", "y", "z"), "m")] = key(
         "place of its centre; of a mesh or parts, of their origin", (0.0,) * 3
     )
     turned: Annotated[Any, BeforeValidator(_rotation)] = key(f"before it is placed, {_TURNED}")
-    mass: Annotated[Amount, _in_unit("kg")] = key("mass, kg: > 0")
-    density: Annotated[Amount, _in_unit("kg m-3")] = key(
-        "density, kg m-3: > 0, in place of the mass of a shape with volume"
-    )
+    mass: in_unit("kg", Amount) = key("mass, kg: > 0")
+    density: in_unit("kg m-3", Amount) = key("density, kg m-3: > 0, in place of the mass of a shape with volume")
     tolerance: Tolerance = key("{mass, place}: standard deviations")
 
     @model_validator(mode="before")
@@ -196,9 +171,10 @@ class Part(Strict):
         if len(kinds) != 1:
             problem = f"has {' and '.join(kinds)}" if kinds else "has no shape"
             raise refusal(problem, f"one of {', '.join((*KINDS, 'mesh'))}")
-        knows_mass = isinstance(self.body, Assembly) or (self.body is not None and self.body.solid is not None)
-        options = ["density"] if kinds[0] in SHAPES and SHAPES[kinds[0]].volume else []
-        options = [] if knows_mass else ["mass", *options]
+        if isinstance(self.body, Assembly) or (self.body is not None and self.body.solid is not None):
+            options = []
+        else:
+            options = ["mass", "density"] if kinds[0] in SHAPES and SHAPES[kinds[0]].volume else ["mass"]
         masses = [name for name in ("mass", "density") if getattr(self, name) is not None]
         if len(masses) != bool(options) or not set(masses) <= set(options):
             reason = f"is not as a {kinds[0]} needs it" if masses else "is missing"
@@ -230,19 +206,6 @@ class Part(Strict):
             )
 
 
-_STATES = "a mapping of states to mappings of parts to mappings of the keys that differ"
-
-
-def _check_states(value: object) -> object:
-    """Refuse states that are no mappings of parts to changed keys."""
-    states: Iterable[Any] = value.values() if isinstance(value, Mapping) and value else [0]
-    if not all(isinstance(changes, Mapping | None) for changes in states) or not all(
-        isinstance(keys, Mapping) for changes in states for keys in (changes or {}).values()
-    ):
-        raise refusal("is not as states are", _STATES)
-    return value
-
-
 class Assembly(Strict):
     """A body of parts."""
 
@@ -251,10 +214,12 @@ class Assembly(Strict):
         "a list of parts, names unique", ...
     )
     tolerance: Tolerance = key("{mass, place}: standard deviations of parts without their own")
-    spin: Annotated[tuple, _numbers(("x", "y", "z"), "rad s-1")] = key(
+    spin: Annotated[tuple, numbers(("x", "y", "z"), "rad s-1")] = key(
         "angular velocity in the axes of the parts, rad s-1"
     )
-    states: Annotated[dict, BeforeValidator(_check_states)] = key(_STATES, {"": {}})
+    states: Annotated[dict[str, dict[str, dict] | None], AfterValidator(not_empty)] = key(
+        "a mapping of states to mappings of parts to mappings of the keys that differ", {"": {}}
+    )
     source: Prose = key("source of the numbers: text")
     note: Prose = key("remark for the reader: text")
 
@@ -302,7 +267,7 @@ def sum_pieces(masses: np.ndarray, places: np.ndarray, mean_squares: np.ndarray)
     centre = (masses[..., None] * places).sum(axis=-2) / mass[..., None]
     offset = places - centre[..., None, :]
     second = np.tensordot(masses, mean_squares, 1) + np.swapaxes(masses[..., None] * offset, -1, -2) @ offset
-    return mass, centre, np.trace(second, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - second
+    return mass, centre, inertia.tensor_of(second)
 
 
 # -- files and mappings
@@ -342,44 +307,39 @@ def _cell(name: str, unit: str, text: str) -> float | str:
         return text
 
 
-def read_bodies(path: str) -> list[FileBody]:
-    """Return the bodies of a file of parts (YAML, JSON, or a CSV table), one for each of its states."""
-    try:
-        text = file_text(Path(path))
-        values = {"parts": table_parts(text)} if path.lower().endswith(".csv") else plain(read_text(text))
-        if not isinstance(values, dict) or "parts" not in values:
-            allowed = "a list of parts (a definition of a sweep is given by --definition)"
-            raise UnreadableError(("parts",), "", "is missing", allowed)
-    except UnreadableError as error:
-        raise DefinitionError(message(path, [error.problem])) from None
-    return bodies_of(values, path, Path(path).stem)
-
-
-def bodies_of(values: Mapping, label: str = "body", name: str = "your body") -> list[FileBody]:
-    """Return the bodies of a mapping of parts, one for each of its states.
+def read_bodies(source: str | Mapping) -> list[FileBody]:
+    """Return the bodies of parts, one for each of their states.
 
     Args:
-        values: the mapping, with the keys of `Assembly`.
-        label: its path, to which paths of meshes are relative; it begins refusals.
-        name: name of a body that has none.
+        source: a file (YAML, JSON, or a CSV table) or a mapping with the keys of `Assembly`.
 
     Raises:
         DefinitionError: naming the key, its value and the allowed values.
     """
-    context, bodies, title = {"folder": str(Path(label).parent)}, [], label
+    label, name = (source, Path(source).stem) if isinstance(source, str) else ("body", "your body")
+    bodies, folder = [], str(Path(label).parent)  # to which paths of meshes are relative
     try:
-        values = {"name": name, **plain(values)}
-        for state, changes in Assembly.model_validate(values, context=context).states.items():
-            title = f"{label}: states.{state}" if state else label
-            parts = tuple({**part, **(changes or {}).get(part["name"], {})} for part in values["parts"])
-            bodies.append(_file_body(Assembly.model_validate({**values, "parts": parts}, context=context), state))
+        values: Any = _file_values(source) if isinstance(source, str) else plain(source)
+        if not isinstance(values, dict) or "parts" not in values:
+            allowed = "a list of parts (a definition of a sweep is given by --definition)"
+            raise UnreadableError(("parts",), "", "is missing", allowed)
     except UnreadableError as error:
         raise DefinitionError(message(label, [error.problem])) from None
-    except ValidationError as error:
-        raise DefinitionError(message(title, validation_problems(error, Assembly))) from None
-    except inertia.InertiaError as error:
-        raise DefinitionError(message(title, [Problem(("parts",), "", error.wrong, error.allowed)])) from None
+    values = {"name": name, **values}
+    for state, changes in validate(Assembly, values, label, folder=folder).states.items():
+        title = f"{label}: states.{state}" if state else label
+        parts = tuple({**part, **(changes or {}).get(part["name"], {})} for part in values["parts"])
+        assembly = validate(Assembly, {**values, "parts": parts}, title, folder=folder)
+        try:
+            bodies.append(_file_body(assembly, state))
+        except inertia.InertiaError as error:
+            raise DefinitionError(message(title, [Problem(("parts",), "", error.wrong, error.allowed)])) from None
     return bodies
+
+
+def _file_values(path: str) -> object:
+    text = file_text(Path(path))
+    return {"parts": table_parts(text)} if path.lower().endswith(".csv") else plain(read_text(text))
 
 
 def _file_body(assembly: Assembly, state: str) -> FileBody:
@@ -397,9 +357,8 @@ def _file_body(assembly: Assembly, state: str) -> FileBody:
     masses, places, mean_squares, roundings = map(np.array, list(zip(*(each[1] for each in owned), strict=True))[:4])
     mass, centre, tensor = sum_pieces(masses, places, mean_squares)
     principal = inertia.principal(tensor.tolist(), roundings.max())
-    axes = np.array(principal.axes)
     if principal.notes:  # moments that were made equal
-        tensor = (axes.T * np.array(principal.moments)) @ axes
+        tensor = principal.tensor
     title = ", ".join(filter(None, (assembly.name, state)))
     point = ", ".join(f"{coordinate:.6g}" for coordinate in centre + 0.0)
     return FileBody(

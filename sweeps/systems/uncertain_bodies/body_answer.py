@@ -131,7 +131,7 @@ def answer(
     options = dict.fromkeys(OPTIONS) | dict(setting)
     options |= {"axis": axis, "twist": twist or None}
     entry: Any = body if isinstance(body, str) else body_entry(body)
-    file_bodies = body_files.find_bodies(entry) or [FileBody("", entry, frame=None)]
+    file_bodies = body_files.find_bodies(entry)
     answers = [_answer_or_refuse(each, source, options, load) for each in file_bodies]
     if len(answers) == 1:
         if "refused" in answers[0].facts:

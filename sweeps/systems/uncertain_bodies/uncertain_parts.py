@@ -15,10 +15,10 @@ from itertools import accumulate
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from sweeps.schema.parameters import Strict, key
-from sweeps.schema.refusals import DefinitionError, message, validation_problems
+from sweeps.schema.refusals import validate
+from sweeps.systems.bodies import inertia
 from sweeps.systems.bodies.parts import Pieces, sum_pieces
 from sweeps.systems.uncertain_bodies import designs
 from sweeps.systems.uncertain_bodies.possible import ENTRIES
@@ -107,12 +107,8 @@ def judge_parts(judged: SpinVerdict, pieces: Pieces, options: Mapping[str, Any])
         pieces: its rigid pieces.
         options: draws, seed and method, None each for the default.
     """
-    try:
-        settings = DrawSettings(
-            **{name: options[name] for name in DrawSettings.model_fields if options[name] is not None}
-        )
-    except ValidationError as error:
-        raise DefinitionError(message("body", validation_problems(error, DrawSettings))) from None
+    requested = {name: options[name] for name in DrawSettings.model_fields if options[name] is not None}
+    settings = validate(DrawSettings, requested, "body")
     body = UncertainParts(pieces, np.array(judged.direction))
     judged = replace(judged, part_margin=find_part_margins(body))
     if not body.inputs:
@@ -165,7 +161,7 @@ def find_part_margins(body: UncertainParts) -> dict[str, dict[str, Any] | None]:
 def _join_pieces(pieces: Pieces, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return mass, centre and mean squares of the coordinates about it, of some pieces as one."""
     mass, centre, tensor = sum_pieces(*(values[numbers] for values in pieces[:3]))
-    return mass, centre, np.trace(tensor) / 2 / mass * np.eye(3) - tensor / mass
+    return mass, centre, inertia.second_moments(tensor) / mass
 
 
 def _first_change(changes: np.ndarray, has_changed: Callable[[np.ndarray], np.ndarray]) -> float | None:
