@@ -51,7 +51,7 @@ def test_the_margin_is_the_smallest_change_of_one_moment_that_keeps_a_possible_b
     changes = np.concatenate([-np.linspace(0, 1, 4001)[1:-1], np.geomspace(1e-4, 1e4, 8000)])
     changes = changes[np.abs(changes).argsort()]
     for moments in bodies(50, 10 + axis):
-        words, smallest = verdict.WORDS_BY_RANK, np.inf
+        words, smallest = verdict.WORDS_BY_REGIME, np.inf
         for k in range(3):
             changed = np.repeat(moments[None], len(changes), axis=0)
             changed[:, k] *= 1 + changes

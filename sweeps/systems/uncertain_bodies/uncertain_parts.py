@@ -16,13 +16,14 @@ from typing import Any
 
 import numpy as np
 
+from kernels.free import linear
 from sweeps.schema.parameters import Strict, key
 from sweeps.schema.refusals import validate
 from sweeps.systems.bodies import inertia
 from sweeps.systems.bodies.parts import Pieces, sum_pieces
 from sweeps.systems.uncertain_bodies import designs
 from sweeps.systems.uncertain_bodies.possible import ENTRIES
-from sweeps.systems.uncertain_bodies.verdict import SpinVerdict, judge_draws, make_odds
+from sweeps.systems.uncertain_bodies.verdict import SpinVerdict, equal_within, judge_draws, make_odds
 
 DRAWS = 2**17  # number of draws without --draws; a probability of 1e-3 is known to some 10 % of itself
 SENSITIVITY_DRAWS = 2**10  # draws in each half of the design for sensitivities, which know an index to a few per cent
@@ -86,13 +87,11 @@ class UncertainParts:
 
     def relative_rate(self, normals: np.ndarray) -> np.ndarray:
         """Return Ω² over ω₀² about the judged axis of each draw: negative where unstable."""
-        moments = self.find_moments(self.draw_tensors(normals))
-        differences = moments[:, :1] - moments[:, 1:]
-        differences[np.abs(differences) <= self.pieces.rounding * moments.max(axis=1, keepdims=True)] = 0.0
-        return differences.prod(axis=1) / moments[:, 1:].prod(axis=1)
+        moments = equal_within(self.pieces.rounding, self.find_moments(self.draw_tensors(normals)), 1)
+        return linear.omega_squared(*moments.T, 1.0, 1)
 
     def judge(self, tensors: np.ndarray) -> np.ndarray:
-        """Return the number among `WORDS_BY_RANK` of each tensor."""
+        """Return the number among `WORDS_BY_REGIME` of each tensor."""
         return judge_draws(self.find_moments(tensors), 1, self.pieces.rounding)
 
 

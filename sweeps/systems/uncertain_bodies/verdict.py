@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from kernels.free import linear
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.inertia import describe_axis
@@ -33,8 +34,7 @@ WORDS = {
     "marginal": "marginal (its moment equals another one)",
     "uncertain": "uncertain",
 }
-#: words for a spin about the axis that has 0, 1 or 2 smaller moments, and for one whose moment equals another
-WORDS_BY_RANK = ("stable_without_loss", "unstable", "stable", "marginal")
+WORDS_BY_REGIME = ("stable_without_loss", "stable", "unstable", "marginal")  # by the codes of `linear.regime`
 MAX_CONTRIBUTIONS = 5  # inputs whose contributions are printed; JSON has all of them
 DECIDING_ERRORS = 4.0  # standard errors; of 16 replicates a larger deviation has a probability of 0.1 %
 CHOICES = {  # reason for an axis → its words behind the axis
@@ -157,7 +157,7 @@ def choose_axis(body: SpunBody, axis: int | None, omega: Sequence[float] | None)
 
 def judge_moments(moments: Sequence[float], axis: int) -> str:
     """Return the word for a spin about an axis from the signs of differences of moments."""
-    return WORDS_BY_RANK[judge_draws(np.array([moments]), axis, 0.0)[0]]
+    return WORDS_BY_REGIME[judge_draws(np.array([moments]), axis, 0.0)[0]]
 
 
 def find_margin(moments: Sequence[float], axis: int) -> dict[str, Any] | None:
@@ -187,13 +187,19 @@ def judge_spin(body: SpunBody, axis: int | None, omega: Sequence[float] | None) 
 
 
 def judge_draws(moments: np.ndarray, axis: int, rounding: float) -> np.ndarray:
-    """Return the number among `WORDS_BY_RANK` of each draw of moments, shape (draws, 3), for a spin about an axis.
+    """Return the number among `WORDS_BY_REGIME` of each draw of moments, shape (draws, 3), for a spin about an axis.
 
     Moments that differ by less than `rounding`, relative to the largest, count as equal.
     """
-    along, transverse = moments[:, axis - 1, None], np.delete(moments, axis - 1, axis=1)
-    is_equal = np.abs(transverse - along) <= rounding * moments.max(axis=1, keepdims=True)
-    return np.where(is_equal.any(axis=1), WORDS_BY_RANK.index("marginal"), (transverse < along).sum(axis=1))
+    regimes = linear.regime(*equal_within(rounding, moments, axis).T, axis)
+    return np.minimum(regimes, linear.MARGINAL)  # a sphere is marginal, too
+
+
+def equal_within(rounding: float, moments: np.ndarray, axis: int) -> np.ndarray:
+    """Return draws of moments, shape (draws, 3), with those that count as equal to the moment about an axis made so."""
+    along = moments[:, axis - 1, None]
+    is_equal = np.abs(moments - along) <= rounding * moments.max(axis=1, keepdims=True)
+    return np.where(is_equal, along, moments)
 
 
 def _length(metres: float) -> str:
@@ -215,9 +221,9 @@ def make_odds(moments: np.ndarray, axis: int, rounding: float, sensitivity: dict
     """
     draws, levels = moments.shape[0] * moments.shape[1], designs.QUANTILES
     words = np.array([judge_draws(replicate, axis, rounding) for replicate in moments])
-    fractions = np.stack([(words == number).mean(axis=1) for number in range(len(WORDS_BY_RANK))], axis=1)
+    fractions = np.stack([(words == number).mean(axis=1) for number in range(len(WORDS_BY_REGIME))], axis=1)
     value, error = (
-        dict(zip(WORDS_BY_RANK, each.tolist(), strict=True)) for each in designs.probability(fractions, draws)
+        dict(zip(WORDS_BY_REGIME, each.tolist(), strict=True)) for each in designs.probability(fractions, draws)
     )
     columns = np.moveaxis(np.sort(moments, axis=-1), -1, 0)
     quantiles = [designs.quantiles(column, levels)[0].tolist() for column in columns]
