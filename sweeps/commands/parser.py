@@ -2,6 +2,7 @@
 
 import argparse
 import re
+from pathlib import Path
 from typing import Any
 
 from sweeps.schema.refusals import DefinitionError, cut_text, hint
@@ -82,11 +83,11 @@ def add(commands, name: str, help_text: str, run, epilog: str | None = None, coo
 
 
 def number(text: str) -> int | float | str:
-    """Return a whole number ("1e6" too) or a number; any further text as it is, for the check of definitions."""
+    """Return a whole number ("1e6" too) or a number; any further text without blanks around it, for later checks."""
     try:
         value = float(text)
     except ValueError:
-        return text
+        return text.strip()
     return int(value) if value.is_integer() else value
 
 
@@ -164,6 +165,10 @@ def add_moments(parser: Parser) -> None:
 
 def body(args: argparse.Namespace) -> str | dict | None:
     """Return the body of `add_body`: its name, or its entry in a definition; None if no body is given."""
+    from sweeps.reading.mesh import SUFFIXES
+
+    if args.name and args.mesh is None and Path(args.name).suffix.lower() in SUFFIXES:
+        args.name, args.mesh = None, args.name
     ways = {
         way: getattr(args, way) for way in ("moments", "ratios", "tensor", "mesh", "rotational") if getattr(args, way)
     }

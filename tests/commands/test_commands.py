@@ -306,6 +306,7 @@ def test_body_knows_the_bodies_of_ones_own_definition(tmp_path, capsys):
         (["--tensor", 1, 2, 0, 2, 1, 0, 0, 0, 1], "body: tensor: "),
         (["--mesh", "none.stl", "--mass", 1], "body: mesh.file: 'none.stl' is not there"),
         (["--mesh", "none.stl"], "body: mesh.density: is missing"),
+        (["none.stl"], "body: mesh.density: is missing"),
         (["earth", "--epsilon", 2], "body: epsilon: 2 is out of range"),
         (["earth", "--omega0", 0], "body: omega0: 0 is out of range"),
         (["earth", "--definition", "tiny"], "bodies: is missing"),

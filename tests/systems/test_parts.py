@@ -398,6 +398,7 @@ def test_parts_are_refused_with_key_and_reason(values, words):
         ("a.csv", "name,shape,mass\nA,point,1,5", "row 1 has more values than columns; allowed: a decimal point"),
         ("a.csv", "", "parts: [] is empty"),
         ("a.csv", "name,shape,mass\nA,box,heavy", "'heavy'"),
+        ("a.csv", "name,shape,mass\nA,,1", "parts[0]: {name: 'A', at: [0.0, 0.0, 0.0], mass: 1.0} has no shape"),
         ("a.yaml", "parts: [&a {name: A, parts: *a}]", "whole value"),
     ],
 )

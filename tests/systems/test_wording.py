@@ -27,7 +27,8 @@ def test_durations_come_in_the_unit_that_fits(seconds, words):
 def test_axes_are_named_where_they_are_the_coordinates():
     assert describe_axis((0.0, 1.0, 0.0)) == "y"
     assert describe_axis((0.0, 0.0, -1.0)) == "−z"
-    assert describe_axis((0.6, -0.8, 0.0)) == "(0.600000, −0.800000, 0.000000)"
+    assert describe_axis((0.6, -0.8, -1e-9)) == "(0.600000, −0.800000, 0.000000)"
+    assert describe_axis((0.0, 1.0, 0.0), "file") == "body +y"
 
 
 def test_principal_axes_take_a_line_each_and_a_note():

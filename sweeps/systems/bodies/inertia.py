@@ -74,7 +74,7 @@ class Principal:
         rotation = Rotation.from_matrix(np.transpose(self.axes))
         with warnings.catch_warnings(action="ignore"):  # at a pitch of ±90° roll and yaw are not unique
             rpy = rotation.as_euler("xyz")
-        quaternion = rotation.as_quat(canonical=True, scalar_first=True)
+        quaternion = rotation.as_quat(canonical=True, scalar_first=True) + 0.0  # no negative zeros
         return {"principal_quaternion": quaternion.tolist(), "principal_rpy": rpy.tolist()}
 
 
@@ -141,12 +141,13 @@ def _right_handed(rows: np.ndarray) -> tuple[tuple[float, float, float], ...]:
     return tuple(tuple(row) for row in axes.tolist())
 
 
-def describe_axis(row: tuple[float, float, float], plus: str = "") -> str:
-    """Return a direction: "x", "−z" along a coordinate axis (with `plus` before x), else its three components."""
+def describe_axis(row: tuple[float, float, float], frame: str = "") -> str:
+    """Return a direction, "x", "−z" or its components; with the owner of the axes, `Body.frame`, "body +x"."""
+    owner, plus = (("body " if frame == "file" else f"{frame} "), "+") if frame else ("", "")
     for value, name in zip(row, "xyz", strict=True):
         if abs(value) > 1 - 1e-12:
-            return f"{plus}{name}" if value > 0 else f"−{name}"
-    return "(" + ", ".join(f"{value:.6f}".replace("-", "−") for value in row) + ")"
+            return f"{owner}{plus if value > 0 else '−'}{name}"
+    return f"{owner}(" + ", ".join(f"{round(value, 6) + 0.0:.6f}".replace("-", "−") for value in row) + ")"
 
 
 def axis_lines(principal: Principal) -> Iterator[str]:

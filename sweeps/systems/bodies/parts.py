@@ -290,8 +290,8 @@ def table_parts(text: str) -> tuple[dict, ...]:
         filled = [(*title, cell.strip()) for title, cell in zip(headings, row, strict=False) if cell.strip()]
         values: dict[str, Any] = {name: _cell(name, unit, cell) for name, unit, cell in filled}
         part: dict[str, Any] = {"name": "", "at": tuple(values.pop(axis, 0.0) for axis in "xyz")}
-        shape, sizes = str(values.pop("shape", "shape")), [f"size_{k}" for k in "123" if f"size_{k}" in values]
-        part[shape] = shape == "point" or tuple(values.pop(name) for name in sizes)
+        shape, sizes = values.pop("shape", ""), [name for name in ("size_1", "size_2", "size_3") if name in values]
+        part |= {shape: shape == "point" or tuple(map(values.pop, sizes))} if shape else {}
         for name, value in values.items():
             outer, _separator, inner = name.partition("_")
             part[outer] = {**part.get(outer, {}), inner: value} if inner else value

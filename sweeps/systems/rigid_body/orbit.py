@@ -92,7 +92,7 @@ def predict_orientations(
     for each in orientations:
         place = ""
         if body.principal is not None:
-            place = f" ({body.frame} {describe_axis(body.principal.axes[each['down'] - 1], '+')} or its opposite)"
+            place = f" ({describe_axis(body.principal.axes[each['down'] - 1], body.frame)} or its opposite)"
         pitch, *roll_yaw = (f"{period / 60.0:.4g}" for period in (each["pitch_period"], *each["roll_yaw_periods"]))
         librations = f"librations {pitch} min (pitch), {' and '.join(roll_yaw)} min (roll and yaw)"
         outcome = f"{WORDS[each['verdict']]}; {librations}"

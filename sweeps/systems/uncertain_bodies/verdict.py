@@ -96,8 +96,7 @@ class SpinVerdict:
     @property
     def sentence(self) -> str:
         """The verdict in words."""
-        owner = "body" if self.frame == "file" else self.frame
-        place = "" if self.direction is None else f" ({owner} {describe_axis(self.direction, '+')})"
+        place = "" if self.direction is None else f" ({describe_axis(self.direction, self.frame)})"
         nominal = f" (nominally {WORDS[self.nominal]})" if self.word != self.nominal else ""
         clauses = [f"Spin about axis {self.axis}{place}{CHOICES[self.chosen_by]}: {WORDS[self.word]}{nominal}"]
         margins = [f"{_percent(self.margin['change'])} in {self.margin['moment']}"] if self.margin else []
