@@ -370,20 +370,13 @@ def measure_collapsed(points, *settings, **options):
     return of_points
 
 
-@njit(nogil=True, **OPTIONS)
+@np.errstate(all="ignore")
 def _expand_values(values, at, spin, power):
-    """Return the values of points from those of motions in units of the spin."""
-    out = np.empty(at.size, dtype=values.dtype)
-    if power == 0:
-        for i in range(at.size):
-            out[i] = values[at[i]]
-    elif power > 0:
-        for i in range(at.size):
-            out[i] = values[at[i]] * spin[i] if power == 1 else values[at[i]] * spin[i] * spin[i]
-    else:
-        for i in range(at.size):
-            out[i] = values[at[i]] / spin[i]
-    return out
+    """Return the values of points from those of motions in units of the spin, from -1 to 2 times its power."""
+    expanded = values[at]
+    for _ in range(power):
+        expanded = expanded * spin
+    return expanded / spin if power < 0 else expanded
 
 
 def survey(points, *settings, collapse=False, **options):

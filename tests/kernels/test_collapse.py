@@ -6,8 +6,6 @@ import pytest
 from kernels.free import collapse, rigid_body
 from kernels.near_axis import survey
 
-# without the compiler NumPy's scalars warn of the wrap-around that a hash is made of
-pytestmark = pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")
 NAMES = rigid_body.Spins._fields
 
 
@@ -71,7 +69,7 @@ def test_a_collapsed_points_bits_depend_on_the_point_alone():
                 np.testing.assert_array_equal(columns[name], all_columns[name][chunk], err_msg=name)
 
 
-def test_collisions_of_the_table_are_told_apart():
+def test_many_motions_are_told_apart():
     rng = np.random.default_rng(1)
     n = 5000
     values = rng.uniform(0.5, 1.5, (3, n))

@@ -93,9 +93,7 @@ assert "numba" not in sys.modules and "llvmlite" not in sys.modules
 
 
 def test_plain_kernels_load_no_compiler():
-    modules = (
-        "search.roots flow.spectrum flow.projection near_axis.survey events.tumbling events.twist free.jacobi_eigen"
-    )
+    modules = "search.roots flow.spectrum flow.projection near_axis.survey events.tumbling events.twist"
     python(PLAIN.format(modules))
 
 

@@ -21,11 +21,14 @@ Source: for second moments, Wensing, Kim, Slotine (2018), IEEE Robotics and Auto
 ours.
 """
 
+from itertools import permutations
+
 import numpy as np
 
 RELATIVE_DELTA = 0.01  # δ over the largest standard deviation of a second moment
 MIN_DELTA = 1e-12  # least δ over the sum of the second moments, above the rounding of moments
 
+ORDERS = np.array(list(permutations(range(3))))
 # entries of a symmetric tensor, in the order of a covariance
 ENTRIES = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
 
@@ -75,12 +78,26 @@ def project_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tupl
         Moments, shape (n, 3), numbered as the nearest axes of the nominal body; True for impossible draws; and
         rotations, shape (n, 3, 3), from components along the nominal axes to components along the draw's.
     """
-    from kernels.free import jacobi_eigen
+    moments, rotations = find_axes(entries, axes)
+    return *project_moments(moments, delta), rotations
 
-    entries, axes = (np.require(x, np.float64, ["C", "W"]) for x in (entries, axes))
-    values, rows = np.empty((len(entries), 3)), np.empty((len(entries), 3, 3))
-    jacobi_eigen.axes_near(entries, axes, values, rows)
-    return *project_moments(values, delta), rows
+
+def find_axes(entries: np.ndarray, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return principal moments, (n, 3), of any sign, and rotations of tensors, as `project_entries` for its draws.
+
+    Row i of a rotation is the tensor's axis i along the nominal axes, within a right angle of the nominal axis i,
+    except for the third if right-handedness reverses it.
+    """
+    tensors = np.empty((len(entries), 3, 3))
+    for (i, j), entry in zip(ENTRIES.values(), entries.T, strict=True):
+        tensors[:, i, j] = tensors[:, j, i] = entry
+    moments, vectors = np.linalg.eigh(axes @ tensors @ axes.T)
+    rows = np.swapaxes(vectors, 1, 2)
+    order = ORDERS[np.abs(rows[:, ORDERS, range(3)]).sum(axis=2).argmax(axis=1)]  # of the nearest nominal axes
+    rows = np.take_along_axis(rows, order[:, :, None], axis=1)
+    rows *= np.where(np.diagonal(rows, axis1=1, axis2=2) < 0, -1.0, 1.0)[:, :, None]
+    rows[:, 2] *= np.sign(np.linalg.det(rows))[:, None]
+    return np.take_along_axis(moments, order, axis=1), rows
 
 
 def middle_probability(moments: np.ndarray, covariance: np.ndarray, axis: int) -> float:

@@ -339,9 +339,9 @@ class UncertainBodies(FreeBody):
     """
 
     name = "uncertain_bodies"
-    kernels = ("near_axis.survey", "free.jacobi_eigen", "events.twist")
+    kernels = ("near_axis.survey", "events.twist")
     existence: tuple[str, ...] = ()
-    compiled = (*SURVEY, FLIPPED, Example("free.jacobi_eigen"))
+    compiled = (*SURVEY, FLIPPED)
     compile_seconds = 14.0
     model = UncertainDefinition
     references = "Saltelli et al. (2010), Computer Physics Communications 181, 259; Owen (1995) on scrambled nets"
