@@ -153,7 +153,7 @@ def _link(name: str, mass: float, pose: Pose, entries: Sequence[float], groups: 
 
 
 def _box(kind: str, sizes: Sequence[float], pose: Pose) -> np.ndarray:
-    """Return the corners of a box around a shape, of which the sizes are half its edges, or radius and half length."""
+    """Return the corners of a box around a shape from its sizes: half its edges, or radius and half length."""
     radius, length = sizes[0], sizes[-1] + (sizes[0] if kind == "capsule" else 0.0)
     return CORNERS * (sizes if len(sizes) == 3 else [radius, radius, length]) @ pose[1].T + pose[0]
 

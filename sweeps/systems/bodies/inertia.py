@@ -224,7 +224,7 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
 
 
 def _orient_surfaces(shells: mesh_shells.Shells) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return faces with normals out of the body, and notes; refuse a mesh of which more than `MAX_OVERLAP` overlaps."""
+    """Return faces with normals out of the body, and notes; refuse a mesh if more than `MAX_OVERLAP` of it overlaps."""
     volumes = mesh_shells.volumes_of(shells)
     box = float(np.prod(np.ptp(shells.vertices, axis=0)))
     if not np.abs(volumes).sum() > 1e-12 * box:

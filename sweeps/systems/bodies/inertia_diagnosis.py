@@ -249,7 +249,7 @@ def _from_upper(entries: np.ndarray) -> np.ndarray:
 
 
 def _unrotated(tensor: np.ndarray, rotation: np.ndarray) -> Iterator[Repair]:
-    """Yield the tensor R I Rᵀ if R I has been written, of which a robot file contains the upper triangle alone."""
+    """Yield the tensor R I Rᵀ if R I has been written; a robot file contains its upper triangle alone."""
     system = np.array([(rotation @ _from_upper(row))[UPPER] for row in np.eye(6)]).T
     if np.linalg.cond(system) < 1e6:
         matrix = rotation @ _from_upper(np.linalg.solve(system, tensor[UPPER])) @ rotation.T

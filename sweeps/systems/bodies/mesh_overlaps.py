@@ -89,7 +89,7 @@ def orient(
 
 
 def _rotations() -> Iterator[np.ndarray]:
-    """Yield three rotations whose third rows are the directions of the lines."""
+    """Yield three rotations; their third rows are the directions of the lines."""
     return (np.roll(DIRECTIONS, k, axis=0) for k in range(3))
 
 

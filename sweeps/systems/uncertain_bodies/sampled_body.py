@@ -122,7 +122,7 @@ def _describe_outcome(axis: int, summary: Mapping, result: Answer) -> str:
     sooner = summary["flip_period_quantile"]
     if np.isfinite(sooner[2]):
         text += f", median time between flips {format_span(sooner[2])}"
-    is_handle = result.body.moments[axis - 1] == min(result.body.moments)  # whose own direction stays near L
+    is_handle = result.body.moments[axis - 1] == min(result.body.moments)  # its direction stays near L
     if "twist_quantile" in summary and not is_handle and np.isfinite(summary["twist_quantile"]).all():
         low, middle, high = np.degrees(summary["twist_quantile"][1:4])
         outcome = f"; thrown with ε = {result.body.epsilon:.3g}, it twists by {middle:.3g}°"

@@ -34,8 +34,9 @@ WORDS = {
     "marginal": "marginal (its moment equals another one)",
     "uncertain": "uncertain",
 }
-WORDS_BY_REGIME = ("stable_without_loss", "stable", "unstable", "marginal")  # by the codes of `linear.regime`
-MAX_CONTRIBUTIONS = 5  # inputs whose contributions are printed; JSON has all of them
+#: words of the regimes STABLE_MINOR, STABLE_MAJOR, UNSTABLE and MARGINAL of `kernels.free.linear`, in this order
+WORDS_BY_REGIME = ("stable_without_loss", "stable", "unstable", "marginal")
+MAX_CONTRIBUTIONS = 5  # number of contributions that are printed; JSON has all of them
 DECIDING_ERRORS = 4.0  # standard errors; of 16 replicates a larger deviation has a probability of 0.1 %
 CHOICES = {  # reason for an axis → its words behind the axis
     "axis": "",
