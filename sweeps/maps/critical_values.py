@@ -28,8 +28,8 @@ from sweeps.points.columns import measure_points
 from sweeps.points.loading import read_sweep
 from sweeps.reading.definitions import mapping_of
 from sweeps.schema.refusals import RefusedError, hint
-from sweeps.systems.described import REGISTERED, Described
-from sweeps.systems.invariants import Invariant
+from sweeps.systems.described import REGISTERED
+from sweeps.systems.invariants import Invariant, SpectralSystem
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,13 +97,13 @@ def find_critical_values(
 
 
 def sweep_of(whole_map: "xr.Dataset", definition: str | None = None) -> "Sweep":
-    """Return the sweep that measures further points of a map of a described system.
+    """Return the sweep that measures further points of a map of a system with equilibria, modes or multipliers.
 
     Args:
         whole_map: the map.
         definition: name or path of its definition; left out, the definition in the map, which runs no file.
     """
-    if not isinstance(systems.of_map(whole_map), Described) or "point" in whole_map.dims:
+    if not isinstance(systems.of_map(whole_map), SpectralSystem) or "point" in whole_map.dims:
         allowed = "a grid of a system with equilibria, modes or multipliers"
         raise RefusedError(f"map: its system {whole_map.attrs.get('system')} has none along a grid; allowed: {allowed}")
     if definition is not None:
@@ -115,9 +115,9 @@ def sweep_of(whole_map: "xr.Dataset", definition: str | None = None) -> "Sweep":
     return read_sweep(mapping_of(whole_map.attrs["definition"]), check=False)
 
 
-def system_of(sweep: "Sweep") -> Described:
+def system_of(sweep: "Sweep") -> SpectralSystem:
     """Return the system of a sweep that `sweep_of` made."""
-    return cast(Described, sweep.system)
+    return cast(SpectralSystem, sweep.system)
 
 
 @dataclass
@@ -159,7 +159,7 @@ class Lines:
         return cls(sweep, along, whole_map[along].values.astype(float), places, _of_points(columns))
 
     @cached_property
-    def system(self) -> Described:
+    def system(self) -> SpectralSystem:
         """The system."""
         return system_of(self.sweep)
 

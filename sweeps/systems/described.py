@@ -26,8 +26,8 @@ from sweeps.schema.parameters import Range, grid_model, mapping, spread
 from sweeps.schema.refusals import DescriptionError
 from sweeps.schema.values import number
 from sweeps.schema.variables import Parameter, Quantity, Variable, coordinates_of, table
-from sweeps.systems.invariants import Columns, Invariant
-from sweeps.systems.system import Dynamics, Example, Points
+from sweeps.systems.invariants import SpectralSystem
+from sweeps.systems.system import Example, Points
 
 if TYPE_CHECKING:
     from sweeps import mechanics
@@ -43,7 +43,7 @@ MAX_FILE_SECONDS = 60.0  # processor time after which a description's file is st
 MIN_CHECK_POINTS, MAX_CHECK_POINTS = 16, 256  # grid points at which a check searches; the second if none has a result
 
 
-class Described(Dynamics):
+class Described(SpectralSystem):
     """The full equations of motion of a described system, near each of its equilibria.
 
     Its `tables` also contain PERTURBATION_PARAMETERS, which a grid has in addition to the description's parameters.
@@ -63,11 +63,6 @@ class Described(Dynamics):
     several: Mapping[str, str] = {"equilibrium": "equilibria"}
     literature: ClassVar[str]  #: source of the theory, if the description names none
     map_content: ClassVar[str]  #: quantity that its map shows
-    modes_are_separate: ClassVar[bool] = False  #: True if each mode of a point has a regime of its own
-    num_jumping_invariants: ClassVar[int] = 0  #: number of the last invariants, which jump and have no extremum there
-    #: regime that begins → kind of the change; with pairs of multipliers flutter begins by Krein's collision
-    change_kinds: Mapping[str, str] = {"unstable": "divergence", "flutter": "flutter"}
-    paired_change_kinds: Mapping[str, str] = {}
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
         self.name, self.folder, self.source = name, folder, source
@@ -77,23 +72,6 @@ class Described(Dynamics):
     @abstractmethod
     def numbers(self) -> dict[str, np.ndarray]:
         """Return the last dimension: modes or eigenvalues of an equilibrium."""
-
-    @abstractmethod
-    def has_pairs(self, columns: Columns) -> np.ndarray:
-        """Return True for points with eigenvalues in pairs ±μ, or multipliers in pairs μ, 1/μ, by rounding."""
-
-    @abstractmethod
-    def invariants(self, columns: Columns, has_pairs: np.ndarray) -> Invariant:
-        """Return the invariants of points; those that decide nothing there are NaN. See `sweeps.systems.invariants`.
-
-        Args:
-            columns: of points, with the eigenvalues or multipliers of each.
-            has_pairs: True for points on lines of points with pairs.
-        """
-
-    @abstractmethod
-    def critical_modes(self, columns: Columns) -> tuple[np.ndarray, np.ndarray]:
-        """Return number and frequency (rad s-1) of the mode of each point that grows fastest, by linear theory."""
 
     def mode_shapes(
         self, arguments: Mapping[str, np.ndarray], integration: Any = None

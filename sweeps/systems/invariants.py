@@ -12,10 +12,13 @@ They are smooth in the parameters also where eigenvalues or multipliers meet, so
 Source: Seyranian and Mailybaev, Multiparameter Stability Theory with Mechanical Applications (2003).
 """
 
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
+
+from sweeps.systems.system import Dynamics
 
 MAX_ODD_SUM = 1e-9  # odd power sums of eigenvalues over the rate scale, below which eigenvalues come in pairs ±μ
 MAX_RECIPROCITY_RESIDUAL = 1e-9  # residual of the multipliers' pairs; damped multipliers differ by more on a line
@@ -29,6 +32,33 @@ class Invariant(NamedTuple):
     theory: np.ndarray
     measured: np.ndarray
     error: np.ndarray
+
+
+class SpectralSystem(Dynamics):
+    """A system with eigenvalues, modes or multipliers at each point, and invariants that vanish at changes."""
+
+    modes_are_separate: ClassVar[bool] = False  #: True if each mode of a point has a regime of its own
+    num_jumping_invariants: ClassVar[int] = 0  #: number of the last invariants, which jump and have no extremum there
+    #: regime that begins → kind of the change; with pairs of multipliers flutter begins by Krein's collision
+    change_kinds: Mapping[str, str] = {"unstable": "divergence", "flutter": "flutter"}
+    paired_change_kinds: Mapping[str, str] = {}
+
+    @abstractmethod
+    def has_pairs(self, columns: Columns) -> np.ndarray:
+        """Return True for points with eigenvalues in pairs ±μ, or multipliers in pairs μ, 1/μ, by rounding."""
+
+    @abstractmethod
+    def invariants(self, columns: Columns, has_pairs: np.ndarray) -> Invariant:
+        """Return the invariants of points; those that decide nothing there are NaN. See `sweeps.systems.invariants`.
+
+        Args:
+            columns: of points, with the eigenvalues or multipliers of each.
+            has_pairs: True for points on lines of points with pairs.
+        """
+
+    @abstractmethod
+    def critical_modes(self, columns: Columns) -> tuple[np.ndarray, np.ndarray]:
+        """Return number and frequency (rad s-1) of the mode of each point that grows fastest, by linear theory."""
 
 
 def stack(paired: list[Invariant], unpaired: list[Invariant], has_pairs: np.ndarray) -> Invariant:
@@ -47,13 +77,21 @@ def of_column(columns: Columns, name: str, factor: float = 1.0, addition: float 
 
 
 def of_multipliers(columns: Columns) -> list[Invariant]:
-    """Return the invariants of multipliers in pairs; none of more than four multipliers."""
+    """Return the invariants of multipliers in pairs; none of more than four multipliers.
+
+    Some points may have two multipliers, and the map's further ones be missing there.
+    """
+    of_two = [of_column(columns, "trace", sign, 2.0) for sign in (-1.0, 1.0)]  # det(M - 1) and det(M + 1)
     if "krein_discriminant" in columns:
         names = ("det_minus_identity", "det_plus_identity", "krein_discriminant")
         double_zeros = [of_column(columns, "first_invariant", sign, 4.0) for sign in (-1.0, 1.0)]
-        return [*(of_column(columns, name) for name in names), *double_zeros]
-    has_two = columns["multiplier_real"].shape[1] == 2
-    return [of_column(columns, "trace", sign, 2.0) for sign in (-1.0, 1.0)] if has_two else []
+        of_four = [*(of_column(columns, name) for name in names), *double_zeros]
+        has_two = np.isnan(columns["multiplier_real_theory"][:, 2:]).all(axis=1)
+        pairs = zip(of_two, of_four, strict=False)
+        return [Invariant(*(np.where(has_two, x, y) for x, y in zip(*pair, strict=True))) for pair in pairs] + of_four[
+            2:
+        ]
+    return of_two if columns["multiplier_real"].shape[1] == 2 else []
 
 
 # -- eigenvalues

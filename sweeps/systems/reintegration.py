@@ -18,6 +18,7 @@ MAX_SPIN_CHANGE, MIN_WINDOW_SAMPLES = 1 / 32, 7  # it also ends at this relative
 MAX_STEPPED_SAMPLES = 20_000  # longest run that is integrated again; longer runs would take seconds each
 MAX_SAMPLE_ANGLE = 0.5  # rad, largest phase advance of any motion between two samples
 ROUNDING_ERROR = 1e-12  # relative rounding error of the reference values
+DOP853_TOLERANCES = {"rtol": 1e-13, "atol": 1e-15}  # tolerances for monodromy matrices, near rounding
 
 
 def euler_coefficients(moments: np.ndarray) -> np.ndarray:
@@ -44,6 +45,31 @@ def rates_of(equations: "Equations") -> Callable:
         return f if np.iscomplexobj(x) else f.real
 
     return rates
+
+
+def integrate_monodromy(
+    rates: Callable, slopes: Callable, start: np.ndarray, matrix: np.ndarray, times: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the state and the matrix of its perturbations after a time, by SciPy's DOP853.
+
+    Args:
+        rates: (time, state) → derivatives of the state.
+        slopes: (time, state) → matrix A of the perturbations, X' = A X.
+        start: state at first, shape (m,); () for perturbations of rest.
+        matrix: the perturbations X at first, shape (n, n).
+        times: begin and end.
+    """
+    from scipy.integrate import solve_ivp
+
+    m = len(start)
+
+    def all_rates(time, values):
+        """Return the derivatives of the state and of its perturbations."""
+        x = values[:m]
+        return np.concatenate([rates(time, x), (slopes(time, x) @ values[m:].reshape(matrix.shape)).ravel()])
+
+    end = solve_ivp(all_rates, times, np.concatenate([start, matrix.ravel()]), "DOP853", **DOP853_TOLERANCES).y[:, -1]
+    return end[:m], end[m:].reshape(matrix.shape)
 
 
 def sample_spacing(bound: float, samples_per_rotation: int) -> float:

@@ -141,19 +141,28 @@ def test_librations_grow_out_of_the_plane_as_published(shape):
 
 
 @pytest.mark.parametrize(
-    ("motion", "values", "onset"),
+    ("motion", "name", "values", "onset", "digits"),
     [
-        ("libration", ("amplitude", math.radians(6.6079), math.radians(1e-4)), 0.05),
-        ("synchronous", ("eccentricity", 0.0177697, 2e-6), 1e-3),
+        ("libration", "amplitude", [0.05, 0.1, 0.15, 0.2], math.radians(6.6079), math.radians(5e-5)),
+        ("synchronous", "eccentricity", [0.0, 0.01, 0.02, 0.03], 0.0177697, 1e-6),  # ill-conditioned, as published
     ],
 )
-def test_dimorphos_becomes_unstable_at_the_published_amplitude_and_eccentricity(motion, values, onset):
-    name, value, width = values
-    ds = survey(motion, ["out_of_plane"], **DIMORPHOS, **{name: [value - width, value + width]})
-    regimes = [REGIMES[1 + k] for k in ds.regime.values]
-    assert regimes[0] == "stable"
-    assert regimes[1] not in ("stable", "marginal")
-    assert 0 < ds.growth_per_orbit[1] < onset  # a few percent of its value far inside
+def test_dimorphos_becomes_unstable_at_the_published_amplitude_and_eccentricity(motion, name, values, onset, digits):
+    changes = sweeps.critical(survey(motion, ["out_of_plane"], **DIMORPHOS, **{name: values}), name)
+    assert changes.kind.values.tolist() == ["period_doubling"]
+    assert agrees(changes, "critical_value", onset, digits)
+    assert agrees(changes, "critical_value", changes.critical_value_theory)
+
+
+def test_on_a_circle_the_critical_shapes_are_those_of_the_quartic():
+    """k1 = k3 (pitch), the double root of the roll-yaw quartic, and k1 = 0 (roll), to a rounding or the error."""
+    ds = survey("synchronous", k1=[-0.6, -0.3, -0.06, -0.03, 0.1], k3=-0.4, eccentricity=0.0)
+    changes = sweeps.critical(ds, "k1")
+    k1 = sp.Symbol("k1")
+    double = [float(r) for r in sp.Poly((1 + 3 * k1 - 0.4 * k1) ** 2 + 6.4 * k1, k1).nroots() if -0.3 < r < 0]
+    assert changes.plane.values.tolist() == ["in_plane", "out_of_plane", "out_of_plane"]
+    assert changes.kind.values.tolist() == ["restabilised", "restabilised", "positive_multiplier"]
+    assert agrees(changes, "critical_value", [-0.4, *double, 0.0], 1e-15)
 
 
 def test_the_forced_libration_of_dimorphos_grows_as_published():

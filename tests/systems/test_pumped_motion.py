@@ -5,7 +5,10 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+from scipy.special import mathieu_a, mathieu_b
 
+import sweeps
 from kernels.estimator import statuses
 from kernels.flow import floquet
 from sweeps.mechanics import periodic
@@ -132,6 +135,30 @@ def test_kapitzas_racket_is_stable_and_without_modulation_is_not():
     assert (least_margin(faster, True) >= 0.0).tolist() == [True, True, False]
     unmodulated = equations.survey(mathieu(-0.2, 0.5), True)
     assert unmodulated["growth_rate"][0] / 0.15 == pytest.approx(0.295611078056, abs=1e-11)
+
+
+def test_the_critical_frequencies_are_on_mathieus_characteristic_curves():
+    """a = b1(q) and a = a1(q) with q = 0.1 a, by SciPy's Mathieu functions, which are right for such small q."""
+    ds = sweeps.survey(
+        {
+            "system": "pumped_body",
+            "modulation": "inverse",
+            "axes": [3],
+            "grid": {
+                "I1": 1.0,
+                "I2": 1.5,
+                "I3": 2.0,
+                "depth2": 0.05,
+                "omega0": 0.5,
+                "frequency": [0.4, 0.5, 0.58, 0.7],
+            },
+        }
+    )
+    changes = sweeps.critical(ds, "frequency")
+    curves = [brentq(lambda a, f=f: f(1, 0.1 * a) - a, 0.5, 1.5, xtol=1e-14) for f in (mathieu_a, mathieu_b)]
+    assert changes.kind.values.tolist() == ["period_doubling", "restabilised"]
+    difference = changes.critical_value - np.sqrt(4.0 / 12.0 / np.array(curves))  # a = 4 L² c b0/ν²
+    assert np.all(np.abs(difference) <= changes.critical_value_error + 1e-12)  # SciPy's functions have 12 digits
 
 
 def test_small_growth_beside_frequencies_of_order_one_and_multipliers_of_1e8():

@@ -24,13 +24,13 @@ from sweeps.systems.periodic.system import (
     INVARIANTS,
     MULTIPLIER,
     MULTIPLIERS,
+    FloquetSystem,
     OnePeriod,
-    Periodic,
     PeriodicDefinition,
     trace_reference,
 )
 from sweeps.systems.shared_variables import make_epsilon, parse_rows, with_theory
-from sweeps.systems.system import Dynamics, Example, Point, Points, Reference
+from sweeps.systems.system import Example, Point, Points, Reference
 
 if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
@@ -182,7 +182,7 @@ class OrbitDefinition(PeriodicDefinition):
         return self
 
 
-class Orbit(Dynamics):
+class Orbit(FloquetSystem):
     """A rigid body on a Kepler ellipse, by the multipliers of its attitude.
 
     Args:
@@ -191,8 +191,7 @@ class Orbit(Dynamics):
 
     name = "orbit"
     method_text = "direct integration of the attitude over one period, certified by the variational flow"
-    kernels = (*Periodic.kernels, "free.triangle")
-    compiled = Periodic.compiled
+    kernels = (*FloquetSystem.kernels, "free.triangle")
     compile_seconds = 20.0
     model = OrbitDefinition
     references = "Beletsky (1966); Kane and Barba, J. Appl. Mech. 33 (1966) 402; Kane, AIAA J. 3 (1965) 726"

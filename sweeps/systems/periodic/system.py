@@ -20,8 +20,8 @@ from sweeps.schema.values import Tolerance
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems import invariants
 from sweeps.systems.described import ENCLOSURES, MECHANICS, PATHS, Described
-from sweeps.systems.invariants import Columns, Invariant
-from sweeps.systems.reintegration import rates_of
+from sweeps.systems.invariants import Columns, Invariant, SpectralSystem
+from sweeps.systems.reintegration import integrate_monodromy, rates_of
 from sweeps.systems.shared_variables import make_epsilon, make_layout, make_status, parse_rows, regime_pair, with_theory
 from sweeps.systems.system import Example, Reference
 
@@ -117,12 +117,9 @@ class PeriodicDefinition(Definition):
     integration: OnePeriod = mapping("how each period is followed", OnePeriod)
 
 
-class Periodic(Described):
-    """The full equations of a described system near a motion of their own period, by its multipliers."""
+class FloquetSystem(SpectralSystem):
+    """A system with a motion of known period at each point, and its multipliers."""
 
-    samples_per_second = 5_000
-    start_seconds = 2.5
-    method_text = "direct integration of the full equations over one period, certified by the variational flow"
     kernels = (
         *(
             "search.enclosures",
@@ -137,16 +134,37 @@ class Periodic(Described):
         ),
         "flow.variational",
     )
-    shared_seconds = 13.0
     compiled = (Example("flow.monodromy"), Example("flow.variational"), PATHS)
-    library = MECHANICS / "library" / "periodic"
-    base_model = PeriodicDefinition
-    marker = "phase_residual"
     change_kinds: Mapping[str, str] = {
         "unstable": "positive_multiplier",
         **{name: name for name in ("period_doubling", "flutter")},
     }
     paired_change_kinds: Mapping[str, str] = {"flutter": "krein"}
+
+    def has_pairs(self, columns: Columns) -> np.ndarray:
+        """Return True if the measured multipliers come in pairs of product 1 but for rounding."""
+        return ~(columns["reciprocity_residual"] > invariants.MAX_RECIPROCITY_RESIDUAL)
+
+    def invariants(self, columns: Columns, has_pairs: np.ndarray) -> Invariant:
+        """Return the invariants of multipliers in pairs, and of growth."""
+        growth = [invariants.of_column(columns, "growth_per_period")]
+        return invariants.stack(invariants.of_multipliers(columns), growth, has_pairs)
+
+    def critical_modes(self, columns: Columns) -> tuple[np.ndarray, np.ndarray]:
+        """Return number and frequency of the multiplier that grows fastest."""
+        return invariants.fastest_mode(columns["exponent_real_theory"], columns["exponent_imag_theory"])
+
+
+class Periodic(FloquetSystem, Described):
+    """The full equations of a described system near a motion of their own period, by its multipliers."""
+
+    samples_per_second = 5_000
+    start_seconds = 2.5
+    shared_seconds = 13.0
+    method_text = "direct integration of the full equations over one period, certified by the variational flow"
+    library = MECHANICS / "library" / "periodic"
+    base_model = PeriodicDefinition
+    marker = "phase_residual"
     literature = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"
     map_content = "measured multipliers of a periodic motion, compared with the variational flow"
 
@@ -179,19 +197,6 @@ class Periodic(Described):
         if self.description.kept:
             names += [(p.velocity.name, f"{p.unit} s-1", f"rate of change of {p.meaning}") for p in variables]
         return table(*(Variable(f"{n}_start", unit, f"{words}, where a period begins") for n, unit, words in names))
-
-    def has_pairs(self, columns: Columns) -> np.ndarray:
-        """Return True if the measured multipliers come in pairs of product 1 but for rounding."""
-        return ~(columns["reciprocity_residual"] > invariants.MAX_RECIPROCITY_RESIDUAL)
-
-    def invariants(self, columns: Columns, has_pairs: np.ndarray) -> Invariant:
-        """Return the invariants of multipliers in pairs, and of growth."""
-        growth = [invariants.of_column(columns, "growth_per_period")]
-        return invariants.stack(invariants.of_multipliers(columns), growth, has_pairs)
-
-    def critical_modes(self, columns: Columns) -> tuple[np.ndarray, np.ndarray]:
-        """Return number and frequency of the multiplier that grows fastest."""
-        return invariants.fastest_mode(columns["exponent_real_theory"], columns["exponent_imag_theory"])
 
     def columns(self, points: Mapping[str, np.ndarray], integration: OnePeriod) -> dict[str, np.ndarray]:
         """Return the columns of the variational flow and of the measurement; see `sweeps.mechanics.periodic`."""
@@ -239,28 +244,22 @@ def reference_of(system: Periodic) -> Reference:
     @cache
     def trace(parameter_values, slot):
         """Return the trace of the monodromy matrix, or NaN if the period is too long for a tolerable error."""
-        from scipy.integrate import solve_ivp
-
         base = BaseMotions(model, [np.array([value]) for value in parameter_values], np.array([slot]))
         count, period = model.equations.n, float(base.period[0])
         num_segments, product = int(max(base.num_nodes, base.num_pieces)[0]), np.eye(count)
         if not period * base.scale[0] < MAX_PERIOD_ANGLE:
             return np.nan
 
-        def variational_rates(time, state, values):
-            """Return the rates of the base motion and of its perturbations."""
-            steps = 1j * STEP * np.eye(count)
-            jacobian = np.array([rates(values, state[:count] + step, time).imag / STEP for step in steps]).T
-            perturbations = state[count:].reshape(count, count)
-            return np.concatenate([rates(values, state[:count], time), (jacobian @ perturbations).ravel()])
+        def jacobian(values, x, time):
+            """Return the derivatives of the rates by the states."""
+            return np.array([rates(values, x + step, time).imag / STEP for step in 1j * STEP * np.eye(count)]).T
 
         starts, _, parameters = base.between_jumps(np.arange(num_segments) / num_segments)  # they end at the jumps
         parameters = np.array([np.broadcast_to(values, (num_segments, 1))[:, 0] for values in parameters])
         for number, times in enumerate(pairwise(period * np.append(starts, 1.0))):
             node = base.nodes[0, min(number, int(base.num_nodes[0]) - 1)]
-            arguments = {"rtol": 1e-12, "atol": 1e-15, "args": (tuple(parameters[:, number]),)}
-            states = solve_ivp(variational_rates, times, [*node, *product.ravel()], "DOP853", **arguments).y
-            product = states[count:, -1].reshape(count, count)
+            functions = (lambda t, x, f=f, p=tuple(parameters[:, number]): f(p, x, t) for f in (rates, jacobian))
+            _, product = integrate_monodromy(*functions, node, product, times)
         return float(np.trace(product))
 
     def of_point(point):

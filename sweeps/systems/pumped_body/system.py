@@ -21,12 +21,13 @@ from sweeps.systems.periodic.system import (
     MAX_PERIOD_ANGLE,
     MULTIPLIER,
     MULTIPLIERS,
+    FloquetSystem,
     OnePeriod,
-    Periodic,
     PeriodicDefinition,
     trace_reference,
 )
-from sweeps.systems.system import Dynamics, Example, Points, Reference
+from sweeps.systems.reintegration import integrate_monodromy
+from sweeps.systems.system import Example, Points, Reference
 
 if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
@@ -99,7 +100,7 @@ class PumpedDefinition(PeriodicDefinition):
     grid: PumpedGrid = mapping("what is varied", PumpedGrid, required=True)
 
 
-class PumpedBody(Dynamics):
+class PumpedBody(FloquetSystem):
     """A free body with modulated moments, by its Floquet multipliers.
 
     Args:
@@ -108,9 +109,8 @@ class PumpedBody(Dynamics):
 
     name = "pumped_body"
     method_text = "direct integration of the angular momentum over one period, certified by the variational flow"
-    kernels = (*Periodic.kernels, "free.triangle")
+    kernels = (*FloquetSystem.kernels, "free.triangle")
     existence = MODULATION
-    compiled = Periodic.compiled
     compile_seconds = 14.0
     model = PumpedDefinition
     references = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"
@@ -212,8 +212,6 @@ def trace_by_scipy(point: Mapping[str, float], inverse: bool) -> float:
 
     With `inverse`, 1/I_i is modulated instead of I_i.
     """
-    from scipy.integrate import solve_ivp
-
     axis, nu = int(point["axis"]), point["frequency"]
     L, period = point["omega0"] * point[f"I{axis}"], 2.0 * math.pi / nu
 
@@ -221,14 +219,15 @@ def trace_by_scipy(point: Mapping[str, float], inverse: bool) -> float:
         moments = moments_at(point, nu * t, inverse)
         return [L / moments[(axis + k - 1) % 3] for k in range(3)]
 
-    def rates(t, y):
+    def slopes(t, _):
         a, b, c = rates_about_axes(t)
-        return [-(c - a) * y[1], (b - a) * y[0], -(c - a) * y[3], (b - a) * y[2]]
+        return np.array([[0.0, a - c], [b - a, 0.0]])
 
     if max(abs(rate) for t in np.linspace(0.0, period, 9) for rate in rates_about_axes(t)) * period > MAX_PERIOD_ANGLE:
         return math.nan
-    y = solve_ivp(rates, (0.0, period), [1.0, 0.0, 0.0, 1.0], "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
-    return float(y[0] + y[3])
+    nothing = np.empty(0)
+    _, matrix = integrate_monodromy(lambda *_: nothing, slopes, nothing, np.eye(2), (0.0, period))
+    return float(np.trace(matrix))
 
 
 SYSTEM = PumpedBody()
