@@ -31,6 +31,7 @@ from sweeps.figure.colors import in_light
 from sweeps.handbook import gallery
 from sweeps.points import catalogue
 from sweeps.reading.definitions import file_text, plain, read_text
+from sweeps.systems.dissipative_body import system as dissipative_body
 from sweeps.systems.rigid_body.presets import PRESETS
 from sweeps.views import report
 
@@ -595,22 +596,22 @@ SMALL = """() => [...document.querySelectorAll("body *")].filter((one) => one.ch
 
 
 @pytest.mark.slow
-def test_a_lecture_of_five_steps_fits_the_screen_in_large_letters(visit, shapes_path):
+def test_a_lecture_of_six_steps_fits_the_screen_in_large_letters(visit, shapes_path):
     width, height = 1280, 720
     page = visit(shapes_path, viewport={"width": width, "height": height}).page
     chosen = "document.querySelector('[data-side=y] select').selectedOptions[0].textContent"
     assert page.evaluate(chosen) == page.locator("#map .ytitle").text_content()
     page.keyboard.press("l")
     titles = set()
-    for step in range(1, 6):
-        assert page.locator("#step-number").inner_text() == f"{step} of 5"
+    for step in range(1, 7):
+        assert page.locator("#step-number").inner_text() == f"{step} of 6"
         page.wait_for_timeout(300)
         titles.add(page.locator("#step-title").inner_text())
         assert page.evaluate(SMALL) == []
         ends = "[...document.querySelectorAll('main *')].filter((one) => one.checkVisibility() && !one.closest('svg'))"
         assert page.evaluate(f"Math.max(...{ends}.map((one) => one.getBoundingClientRect().bottom))") <= height
         page.keyboard.press("ArrowRight")
-    assert len(titles) == 5
+    assert len(titles) == 6
     page.keyboard.press("l")
     assert page.locator("#own").is_visible()
 
@@ -670,6 +671,37 @@ def test_a_typed_body_goes_through_the_lecture_and_stays(values, size, visit, pl
     page.click("#lecture")
     assert [page.input_value(f"#own-I{k}") for k in (1, 2, 3)] == ["3", "1", "3.2"]
     assert "your body keeps its axis" in page.inner_text("#say") or "your body flips" in page.inner_text("#say")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", SIZES)
+def test_explorer_goes_into_a_flat_spin_over_days(size, visit, plane_path):
+    """The tilt is that of the double bracket with two equal moments: a published digit, DOP853, and |L| that stays."""
+    page = visit(plane_path, viewport=dict(zip(("width", "height"), size, strict=True))).page
+    tilt = "([time, moments, omega0, loss, tilt]) => polhode.tiltAfter(time, moments, omega0, loss, tilt)"
+    assert page.evaluate(tilt, [200, [1, 2], 2, 0.02, 0.01]) == pytest.approx(0.499766776686, abs=1e-12)
+    moments = PRESETS[-1]["moments"]
+    point = dict(zip(("I1", "I2", "I3"), moments, strict=True)) | {"loss": 0.05, "from_angle": 0.01, "phase": 0.6}
+    direction = dissipative_body.solve(point, 2 * math.pi * 20, 1e-12)[1].y[:3, -1]
+    seconds = 2 * math.pi * 20 / 78.5
+    at_end = page.evaluate(tilt, [seconds, moments[:2], 78.5, 0.05, 0.01])
+    assert at_end == pytest.approx(math.atan2(math.hypot(*direction[1:]), direction[0]), rel=1e-9)  # of DOP853
+    page.click("#lecture")
+    for _ in range(5):
+        page.click("#step-next")
+    for days in (0.0, 0.68, 2.0):
+        page.fill("#days", str(days))
+        shown, angle = page.evaluate(
+            "[polhode.motion.trajectory.at(0).map((w, i) => w * polhode.motion.moments[i]), polhode.motion.losing.tilt]"
+        )
+        assert np.linalg.norm(shown) == pytest.approx(78.5 * moments[0], rel=1e-12)  # roundings
+        assert math.atan2(math.hypot(*shown[1:]), shown[0]) == pytest.approx(angle, rel=1e-9)
+        expected = math.atan(math.tan(0.01) * math.exp(1e-6 * 78.5 * (1 - moments[0] / moments[1]) * 86400 * days))
+        assert angle == pytest.approx(expected, rel=1e-12)
+        assert f"{math.degrees(expected):.3g}° from L" in page.inner_text("#say")
+    assert page.inner_text("#say").startswith("Flat spin")
+    page.click("#lecture")
+    assert "from L" not in page.inner_text("#say")
 
 
 @pytest.mark.slow

@@ -2,8 +2,9 @@
 //
 // A system whose motion it is says in its `part`:
 //   start(place)   moments, axis, omega0, epsilon and phase; `sizeInWords`, if epsilon alone is not clear; or
-//                  moments, omega0 and `omega`, the angular velocity at time 0, where it is no perturbed spin
-//   spoken(shown)  the motion in a sentence, where that is not the stability of a spin
+//                  moments, omega0 and `omega`, the angular velocity at time 0, where it is no perturbed spin;
+//                  `onSphere` to draw the angular momentum on its sphere in place of the polhode
+//   spoken(shown)  the motion in a sentence, where that is not the stability of a spin (then null)
 //   marks(shown)   periods to be marked over time: [name, s]
 //   isBox()        true if the body is known to be a uniform box
 
@@ -24,7 +25,7 @@ function motionOf(place) {
     const trajectory = new ShakenTrajectory(given, rotation);
     return { ...given, trajectory, rotation, flips: false, end: trajectory.end, attitudes: { at: (t) => trajectory.attitudeAt(t) } };
   }
-  const trajectory = new Trajectory(given.moments, given.omega ?? perturbedSpin(given));
+  const trajectory = new (given.onSphere ? SphereTrajectory : Trajectory)(given.moments, given.omega ?? perturbedSpin(given));
   return { ...given, trajectory, rotation, ...span(trajectory, given), attitudes: new Attitude(trajectory), ...(given.end > 0 ? { end: given.end } : {}) };
 }
 
@@ -74,7 +75,8 @@ function capitalized(text) {
 
 function motionInWords(shown) {
   const { trajectory, flips, rotation, axis, moments } = shown;
-  if (part.spoken) return part.spoken(shown);
+  const spoken = part.spoken?.(shown);
+  if (spoken) return spoken;
   if (shown.shaken) return shakenOutcome(shown);
   const period = trajectory.flipPeriod;
   const spun = `Spun about ${axisInWords(moments, axis)}, ${subjectInWords(shown)}`;
@@ -125,7 +127,7 @@ function showMotion() {
   for (const id of ["motion", "motion-first"]) document.getElementById(id).hidden = !there;
   if (!there) return motion.player.set(false);
   const shown = motionOf(state.place);
-  Object.assign(motion, { axis: null, shaken: null }, shown, { t: 0, flip: shown.flips ? firstFlip(shown) : null });
+  Object.assign(motion, { axis: null, shaken: null, losing: null }, shown, { t: 0, flip: shown.flips ? firstFlip(shown) : null });
   const { moments } = motion;
   motion.squares = meanSquares(moments);
   const shape = document.getElementById("shape");

@@ -77,10 +77,28 @@ class ShakenTrajectory {
     return this.states.filter((_, k) => k % step === 0).map((state) => state.slice(0, 3));
   }
 
-  /** The sphere of the angular momentum, and on it the curves of the body with its mean moments. */
   surface() {
-    const { moments, size } = this;
-    const onSphere = (w) => directionOf(moments.map((I, i) => I * w[i])).map((l) => l * size);
-    return { semi: [1, 1, 1], largest: size, family: neighbours(moments, size ** 2 / moments[0]).map((curve) => curve.map(onSphere)) };
+    return momentumSphere(this.moments, this.size);
+  }
+}
+
+/** The sphere of the angular momentum, and on it the curves of the body with its mean moments. */
+function momentumSphere(moments, size) {
+  const onSphere = (w) => directionOf(moments.map((I, i) => I * w[i])).map((l) => l * size);
+  return { semi: [1, 1, 1], largest: size, family: neighbours(moments, size ** 2 / moments[0]).map((curve) => curve.map(onSphere)) };
+}
+
+/** A free motion of which the angular momentum is drawn, on its sphere. */
+class SphereTrajectory extends Trajectory {
+  tip(t) {
+    return this.momentum(t);
+  }
+
+  polhode(n) {
+    return super.polhode(n).map((w) => w.map((x, i) => x * this.moments[i]));
+  }
+
+  surface() {
+    return momentumSphere(this.moments, Math.hypot(...this.moments.map((I, i) => I * this.start[i])));
   }
 }

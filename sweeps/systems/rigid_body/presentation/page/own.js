@@ -49,7 +49,7 @@ function axisOutcome(moments, axis, omega0, epsilon, phase) {
 
 /** What is known of a body between the points of the map: the closed form. Null on a point. */
 function between() {
-  if (state.shaken || (!state.moments && !state.spin)) return null;
+  if (state.shaken || state.days != null || (!state.moments && !state.spin)) return null;
   const { moments, axis, omega0, epsilon, phase } = bodyStart(state.place);
   const { square, rate, period, regime, flips } = axisOutcome(moments, axis, omega0, epsilon, phase);
   const rows = [["regime", "–", theMap.verdicts[regime].words], ["Ω² (negative: unstable)", "–", withUnit(square, "s-2")]];
@@ -155,6 +155,9 @@ function buildOwn() {
     });
     document.getElementById("own-mass").parentElement.hidden = !isBox;
     if (!document.activeElement?.matches("#own .moment input")) document.getElementById("own-notice").hidden = true;
+    document.getElementById("own").toggleAttribute("data-days", state.days != null);
+    document.getElementById("days").value = String(state.days ?? 0);
+    document.getElementById("days-text").textContent = `${numberText(state.days ?? 0, 3)} days`;
     spin.value = String(Math.log10(Math.abs(omega0)));
     epsilonSlider.value = String(Math.log10(epsilon));
     document.getElementById("spin-text").textContent = `ω₀ = ${withUnit(omega0, "rad s-1", 4)}`;
@@ -163,6 +166,7 @@ function buildOwn() {
     chips.forEach((chip, i) => chip.setAttribute("aria-pressed", String(theMap.presets[i].name === named)));
   };
   document.getElementById("own-by").onchange = show;
+  document.getElementById("days").oninput = ({ target }) => choose({ days: Number(target.value) });
   onChange(show);
   show();
 }
@@ -209,6 +213,33 @@ function shaking({ moments, axis, omega0 }) {
   return { depths: [0, 1, 2].map((i) => (i === axis % 3 ? RESONANT : 0)), lags: [0, 0, 0], frequency: 2 * rate, inverse: true };
 }
 
+// A satellite that loses energy, L' = L × ω + α L × (L × ω), with two equal moments: the exact tilt is
+// tan θ = tan θ(0) exp(α L² (1/I_least − 1/I_other) t), and |L| stays.
+const LOSS = 1e-6; // α|L|, assumed: flat spin after some 1.4 days; Explorer 1 took some hours
+const FIRST_TILT = 0.01; // rad
+
+/** Return the angle between L and the axis of least inertia, rad, after a time, s, at a loss α|L|. */
+function tiltAfter(time, [least, other], omega0, loss = LOSS, tilt = FIRST_TILT) {
+  return Math.atan(Math.tan(tilt) * Math.exp(loss * omega0 * (1 - least / other) * time));
+}
+
+/** The free motion at a number of days, with its angular momentum on the sphere that it never leaves. */
+function losingStart(start, days) {
+  const { moments, omega0 } = start;
+  const tilt = tiltAfter(86400 * days, moments, omega0);
+  const L = [Math.cos(tilt), Math.sin(tilt), 0].map((part) => moments[0] * omega0 * part);
+  const omega = L.map((l, i) => l / moments[i]);
+  const energy = dot(L, omega) / (moments[0] * omega0 ** 2); // relative to that about the axis of least inertia
+  return { ...start, omega, omega0: Math.hypot(...omega), onSphere: true, losing: { days, tilt, energy } };
+}
+
+function losingInWords({ losing, omega0, moments }) {
+  if (!losing) return null;
+  const { days, tilt, energy } = losing;
+  const stage = tilt < 0.02 ? "It seems stable" : tilt < 1.55 ? "It goes over" : "Flat spin";
+  return `${stage}. After ${numberText(days, 3)} days, ${subjectInWords({ moments })} has its long axis ${numberText((180 * tilt) / Math.PI, 3)}° from L, ${numberText(100 * energy, 3)} % of the energy, and rotates at ${numberText((30 * omega0) / Math.PI, 3)} rpm.`;
+}
+
 /** The body of the lecture, {moments, named, spin}, and the state to which the page returns after it. */
 const teaching = { body: null, after: null };
 
@@ -217,7 +248,7 @@ function beginLecture() {
   const [racket] = theMap.presets;
   teaching.body = state.moments ? { moments, named: state.named, spin: omega0 } : { moments: racket.moments, named: racket.name, spin: racket.omega0 };
   const { named, spin, epsilon, place } = state;
-  teaching.after = teaching.after ? { ...teaching.after, ...teaching.body } : { moments: state.moments, named, spin, epsilon, place, shaken: null };
+  teaching.after = teaching.after ? { ...teaching.after, ...teaching.body } : { moments: state.moments, named, spin, epsilon, place, shaken: null, days: null };
 }
 
 function endLecture() {
@@ -232,13 +263,16 @@ function lectureOfBodies() {
   const { moments } = body;
   const [least, middle, greatest] = orderOfMoments(moments);
   const at = (i) => (theMap.order.includes("axis") ? placeWith({ axis: Math.max(0, theMap.coordinates.axis.values.indexOf(i + 1)) }) : state.place);
-  const own = { ...body, epsilon: 0.01, shaken: null };
+  const own = { ...body, epsilon: 0.01, shaken: null, days: null };
+  const [explorer] = theMap.presets.slice(-1);
+  const lost = { title: "Explorer 1, 1958", text: "Its antennas bent and lost energy, while angular momentum stayed. Slide the days: the spin about the axis of least inertia, which a rigid body keeps, ends in a flat spin.", changes: () => ({ moments: explorer.moments, named: explorer.name, spin: explorer.omega0, epsilon: null, shaken: null, days: 0, place: at(0) }) };
   const name = nameInWords(body.named);
   if (hasEqualMoments(moments)) {
     const symmetry = Math.abs(moments[least] - moments[middle]) < Math.abs(moments[middle] - moments[greatest]) ? greatest : least;
     return [
       { title: "1. Throw it", text: `Two moments of ${name} are equal: no axis is intermediate, and about its axis of symmetry it keeps its rotation and wobbles.`, changes: () => ({ ...own, place: at(symmetry) }) },
       { title: "2. Change the axis", text: "About the other two axes a perturbation grows in proportion to time, no faster: nothing turns over at once.", three: true, changes: () => ({ ...own, epsilon: 0.1, place: at(symmetry) }) },
+      { ...lost, title: `3. ${lost.title}` },
     ];
   }
   const nearlyEqual = moments.map((I, i) => (i === least ? moments[middle] - 0.03 * (moments[middle] - I) : I));
@@ -249,5 +283,6 @@ function lectureOfBodies() {
     { title: "3. Towards two equal moments", text: "As the two lesser moments become equal, growth ceases: the flip takes for ever.", changes: () => ({ ...own, moments: nearlyEqual, named: null, place: at(middle) }) },
     { title: "4. Change the axis", text: "About the axes of least and of greatest inertia the same throw only wobbles: the intermediate axis theorem.", three: true, changes: () => ({ ...own, epsilon: 0.1, place: at(middle) }) },
     { title: "5. Shake the moments", text: "Spun about the axis of greatest inertia, which is stable; but one moment is changed at twice the wobble’s rate: parametric resonance makes the wobble grow, again and again.", changes: () => ({ ...own, epsilon: 0.05, place: at(greatest), shaken: true }) },
+    { ...lost, title: `6. ${lost.title}` },
   ];
 }

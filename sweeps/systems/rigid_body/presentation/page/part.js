@@ -3,6 +3,7 @@
 function bodyStart(place) {
   const value = (name) => coordinateAt(name, place);
   const start = { moments: state.moments ?? MOMENTS.map(value), axis: value("axis"), omega0: state.spin ?? value("omega0"), epsilon: state.epsilon ?? (state.moments ? LARGE_ENOUGH : value("epsilon")), phase: value("phase") };
+  if (state.days != null) return losingStart(start, state.days);
   return state.shaken ? { ...start, shaken: shaking(start) } : start;
 }
 
@@ -65,7 +66,7 @@ const part = {
   start: bodyStart,
   kept: { epsilon: perturbationFromLink, moments: momentsOfLink, spin: spinOfLink, named: (text) => text },
   refusal: refusalOfLink,
-  shown: { ...MOTION_SHOWN, axisOutcome },
+  shown: { ...MOTION_SHOWN, axisOutcome, tiltAfter },
   hides: ["omega0", "epsilon"],
   limit: {
     along: "epsilon",
@@ -89,6 +90,7 @@ const part = {
   first: () => (theMap.start.whole ? state.place : mostUnstable()),
   opening: () => (state.epsilon ??= LARGE_ENOUGH),
   say: () => motion.words,
+  spoken: losingInWords,
   buildTable: buildBodies,
   build() {
     buildLimit();
