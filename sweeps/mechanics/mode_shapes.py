@@ -11,11 +11,12 @@ The equations of a natural system, :math:`\ddot q = -Bq`, make their modes those
 sum 1 of :math:`|x_i|^2` over the squares of the states' sizes. The first component within 1 % of the largest, in these
 units, is real and positive.
 
-*Error.* A matrix of error E has eigenvectors that are off by
-:math:`E \sum_{j\ne i} c_j/|\lambda_i - \lambda_j|` or less in first order, :math:`c_j` the condition number of
-:math:`\lambda_j`. E of the fit is the norm of all samples' errors over the least singular value of the samples: their
-scatter, remainder of the extrapolation, and rounding, as in `kernels.flow.flows`. Where the error of a shape exceeds
-MAX_ERROR, as for equal eigenvalues, the shape is no property of the system, and is missing.
+*Error.* With E the change of a matrix, its eigenvector :math:`x_i` is off by
+:math:`\lVert E x_i\rVert \sum_{j\ne i} c_j \lVert x_j\rVert/|\lambda_i - \lambda_j|` or less in first order,
+:math:`c_j` the condition number of :math:`\lambda_j`. Of the fit :math:`E x_i` is the error of all samples (their
+scatter, remainder of the extrapolation, and rounding, as in `kernels.flow.flows`) times the norm of their shares in
+:math:`x_i`. Where the error of a shape exceeds MAX_ERROR, as for equal eigenvalues, the shape is no property of the
+system, and is missing.
 
 Source: Kato, Perturbation Theory for Linear Operators (1995), II.2; Tu et al., J. Comput. Dyn. 1 (2014) 391.
 """
@@ -31,8 +32,9 @@ from kernels.flow import codes
 from sweeps.mechanics import relative
 
 MAX_ERROR = 0.1  # error of a shape of length 1, above which it is missing
+NORMALISATION_ROUNDING = 16.0 * codes.UNIT  # error of a shape of length 1 by its multiplication with masses and lengths
 MAX_PHASE_TIE = 0.01  # components that are smaller than the largest by less than this may set the phase
-HALVING, STEPS, SPREAD, MATRIX = range(4)  # columns of a raw result; from the last on, the propagator
+HALVING, STEPS, MATRIX = range(3)  # columns of a raw result; from the last on, the propagator and its error
 
 
 @dataclass(frozen=True)
@@ -71,19 +73,22 @@ def measure_shapes(model, points, theory: Mapping[str, np.ndarray], sampling, ru
         sampling: length and samples of a run, of `kernels.flow.runs`.
         runs: number of runs of a point.
     """
-    raw = np.full((len(theory["scale"]), MATRIX + model.n**2), np.nan)
+    raw = np.full((len(theory["scale"]), MATRIX + 2 * model.n**2), np.nan)
     fit = partial(_fit_propagators, sampling=sampling)
     rows = np.flatnonzero(np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2)))
     for chunk in np.array_split(rows, -(-rows.size // relative.MAX_CHUNK_POINTS)) if rows.size else ():
         raw[chunk] = relative.integrate_runs(model, points, theory, chunk, runs, fit)
-    propagators = raw[:, MATRIX:].reshape(-1, model.n, model.n)
+    propagators, errors = np.swapaxes(raw[:, MATRIX:].reshape(-1, 2, model.n, model.n), 0, 1)
     if model.equations.natural:
-        propagators = -propagators[:, : model.equations.m, : model.equations.m]  # modes are in ascending order of Ω²
-    return find_shapes(model, theory, propagators, raw[:, SPREAD], np.log)
+        m = model.equations.m
+        propagators, errors = -propagators[:, :m, :m], errors[:, :, :m]  # modes are in ascending order of Ω²
+    return find_shapes(model, theory, propagators, errors, np.log)
 
 
 def _fit_propagators(integrator, batch, quantities, sampling):
-    """Return raw results of points: change by halving the step, steps, error of the propagator, and the propagator.
+    """Return raw results of points: change by halving the step, steps, the propagator and its error.
+
+    The error is a matrix: its product with a vector is no shorter than the change of the propagator's product with it.
 
     Args:
         integrator: of `kernels.flow.runs`.
@@ -101,7 +106,7 @@ def _fit_propagators(integrator, batch, quantities, sampling):
 
     def fit_blocks(steps, order, bounds, _numbers, blocks):
         """Return the fitted flow of each point from its lane of the integrated blocks."""
-        raw = np.full((steps.size, MATRIX + num_states * num_states), np.nan)
+        raw = np.full((steps.size, MATRIX + 2 * num_states * num_states), np.nan)
         for block, first, end in zip(blocks, bounds[:-1], bounds[1:], strict=True):
             weight = block[first_weight:first_sample].reshape(runs, count, W)
             samples = block[first_sample:].reshape(runs, count, num_states, W)
@@ -112,17 +117,20 @@ def _fit_propagators(integrator, batch, quantities, sampling):
                 raw[point, HALVING], raw[point, STEPS] = block[CHANGE, lane] / largest, steps[point]
                 if len(before) < num_states or not np.isfinite(before).all():
                     continue
-                transpose, singular = np.linalg.lstsq(before, after, rcond=None)[::3]
-                walk = flows.WALK_FACTOR * codes.UNIT * np.sqrt(steps[point]) * total / runs * largest
+                left, singular, right = np.linalg.svd(before, full_matrices=False)
+                if singular[-1] <= codes.MIN_EXCITATION * singular[0]:
+                    continue
+                inverse = right.T / singular
+                transpose = inverse @ (left.T @ after)
+                walk = flows.WALK_FACTOR * codes.UNIT * np.sqrt(steps[point] * before.size) * largest
                 distance, change = np.sqrt(block[[flows.ONCE_SQUARES, flows.WHOLE_SQUARES], lane])
                 decay = min(15.0 * distance / change, flows.MAX_DECAY) if change > 0.0 else 0.0
                 remainder = distance * (flows.BASE_FACTOR + flows.DECAY_FACTOR * decay)
                 truncation = max(block[CHANGE, lane] - 4.0 * codes.UNIT * np.sqrt(steps[point]) * largest, 0.0) * count
-                scatter = flows.SCATTER_FACTOR * np.linalg.norm(after - before @ transpose)
-                spread = scatter + remainder + walk + truncation * np.sqrt(num_states * total)
-                is_excited = singular[-1] > codes.MIN_EXCITATION * singular[0]
-                raw[point, SPREAD] = spread * (1.0 + np.linalg.norm(transpose)) / singular[-1] if is_excited else np.nan
-                raw[point, MATRIX:] = transpose.T.ravel()
+                of_samples = remainder + truncation * np.sqrt(num_states * total)
+                spread = flows.SCATTER_FACTOR * np.linalg.norm(after - before @ transpose, 2) + walk
+                spread += of_samples * (1.0 + np.linalg.norm(transpose, 2))
+                raw[point, MATRIX:] = np.append(transpose.T, spread * inverse.T)
         return raw
 
     measurement = Measurement(
@@ -151,7 +159,15 @@ def complete_states(model, theory: Mapping[str, np.ndarray], shapes: ModeShapes)
 
 @np.errstate(all="ignore")
 def find_shapes(model, theory, matrix, error, logarithm=np.asarray):
-    """Return the shapes of matrices with errors; `logarithm` returns numbers in the order of the rates."""
+    """Return the shapes of matrices.
+
+    Args:
+        model: the system.
+        theory: result of `relative.theory`; places, sizes, basis and scale are used.
+        matrix: shape (points, n, n).
+        error: bound on the norm of a change of the matrix, shape (points,), or as of `_fit_propagators`.
+        logarithm: function that returns numbers in the order of the rates from the eigenvalues.
+    """
     natural = model.equations.natural
     values, vectors, condition = relative.eigenvectors(matrix)
     rates = logarithm(values)
@@ -160,35 +176,32 @@ def find_shapes(model, theory, matrix, error, logarithm=np.asarray):
     condition = np.take_along_axis(condition, order, axis=1)
     gaps = np.abs(values[:, :, None] - values[:, None])
     gaps[:, range(len(gaps[0])), range(len(gaps[0]))] = np.inf
-    errors = error[:, None] * (condition[:, None] / gaps).sum(axis=2)
+    changes = error[:, None] if error.ndim == 1 else np.linalg.norm(error @ vectors, axis=1)
     states = vectors if natural else theory["basis"] @ vectors  # the unit of a state is its size
     sizes = theory["sizes"][:, : model.equations.m]
     metric = model.landscape.a(theory["parameters"], list(theory["place"].T)) if model.equations.v else None
-    return _normalised(states[:, : sizes.shape[1]] * sizes[:, :, None], sizes, metric, errors)
+    shapes, mass = states[:, : sizes.shape[1]] * sizes[:, :, None], metric
+    if metric is None:
+        mass = np.eye(sizes.shape[1]) / sizes[:, None] ** 2
+    length = np.sqrt(np.einsum("pim,pij,pjm->pm", shapes.conj(), mass, shapes).real)
+    errors = 2.0 * changes * ((condition * length)[:, None] / gaps).sum(axis=2) / length
+    return _normalised(shapes / length[:, None], mass, errors + NORMALISATION_ROUNDING, metric is not None)
 
 
-def _normalised(shapes, sizes, metric, errors):
+def _normalised(shapes, mass, errors, has_energy):
     """Return shapes of length 1, shape (points, components, modes), with the phase of the module's first lines.
 
     Args:
-        shapes: not normalised; of length 1 at most over the sizes.
-        sizes: of coordinates or states.
-        metric: the kinetic matrix; None for states.
-        errors: of the shapes over the sizes.
+        shapes: of length 1, of any phase.
+        mass: matrix of their scalar product.
+        errors: of the shapes.
+        has_energy: the product is twice the kinetic energy, so that components have shares of it.
     """
-    mass = np.eye(sizes.shape[1]) / sizes[:, None] ** 2 if metric is None else metric
-    images = mass @ shapes
-    length = np.sqrt((shapes.conj() * images).sum(axis=1).real)
-    stretch = np.linalg.norm(mass * sizes[:, :, None] * sizes[:, None], axis=(1, 2)) ** 0.5
-    errors = 2.0 * stretch[:, None] * errors / length
-    unit = np.sqrt(np.einsum("pii->pi", mass))
-    heights = np.abs(shapes) * unit[:, :, None]
+    heights = np.abs(shapes) * np.sqrt(np.einsum("pii->pi", mass))[:, :, None]
     first = (heights >= (1.0 - MAX_PHASE_TIE) * heights.max(axis=1, keepdims=True)).argmax(axis=1)
     leading = np.take_along_axis(shapes, first[:, None], axis=1)
-    factor = leading.conj() / (np.abs(leading) * length[:, None])
     is_determined = errors <= MAX_ERROR
-    vectors = np.where(is_determined[:, None], shapes * factor, np.nan)
-    participation = (vectors.conj() * (images * factor)).real
-    participation = np.full(participation.shape, np.nan) if metric is None else participation
+    vectors = np.where(is_determined[:, None], shapes * leading.conj() / np.abs(leading), np.nan)
+    participation = (vectors.conj() * (mass @ vectors)).real if has_energy else np.full(vectors.shape, np.nan)
     errors = np.where(is_determined, errors, np.nan)
     return ModeShapes(np.swapaxes(vectors, 1, 2), errors, np.swapaxes(participation, 1, 2))
