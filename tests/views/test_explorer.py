@@ -1,5 +1,6 @@
 """The explorer of a report, in a browser if there is one: the map, the choice, links, keys, and further systems."""
 
+import itertools
 import math
 import re
 import urllib.parse
@@ -528,7 +529,7 @@ def test_shapes_are_drawn_on_their_triangle(visit, shapes, pages):
     assert page.evaluate("document.getElementById('map')._fullLayout.yaxis.title.text") == "I₂/I₃"
     labels = page.evaluate(
         """() => {
-            const { x, y, text } = document.getElementById("map").data.find(({ mode }) => mode === "markers+text");
+            const { x, y, text } = document.getElementById("map").data.find(({ mode }) => mode === "markers");
             return text.map((name, i) => [name, x[i], y[i]]);
         }"""
     )
@@ -641,6 +642,65 @@ def assert_step_is_that_of_the_command(page, step, epsilon):
     else:
         assert shaken["frequency"] == pytest.approx(4 * math.pi / expected["euler_period"], **DIGITS)
         assert "wobble grows" in page.inner_text("#say")
+
+
+LABELS = """async (views) => {
+    const slider = document.getElementById("time"), frames = [];
+    const { motion } = polhode, seen = new Set();
+    for (let k = 0; k <= 1000; k += 4) {
+        slider.value = k;
+        slider.dispatchEvent(new Event("input", { bubbles: true }));
+        await new Promise((done) => setTimeout(done));
+        for (const view of [motion.scene, motion.polhode.scene, motion.herpolhode, ...motion.thrown]) {
+            const { clientWidth, clientHeight } = view.canvas;
+            if (clientWidth && view.labels?.length) frames.push([clientWidth, clientHeight, view.labels]);
+        }
+    }
+    return frames;
+}"""
+NAMES = """() => [...document.querySelectorAll("#names span:not([hidden]), #map .annotation")].map((one) => {
+    const { left, top, width, height } = one.getBoundingClientRect();
+    return { left, top, width, height, text: one.textContent };
+})"""
+
+
+def overlaps(labels):
+    """Pairs of texts whose boxes have a common point."""
+    ends = {"left": "width", "top": "height"}
+    return [
+        (one["text"], other["text"])
+        for one, other in itertools.combinations(labels, 2)
+        if all(
+            one[start] < other[start] + other[size] and other[start] < one[start] + one[size]
+            for start, size in ends.items()
+        )
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", SIZES)
+def test_no_name_lies_on_another_over_a_whole_motion(size, visit, shapes_path):
+    """L, ω and the axes in each picture, over two flips, in lecture mode as well; names of bodies and regions."""
+    page = visit(shapes_path, viewport=dict(zip(("width", "height"), size, strict=True))).page
+    page.set_default_timeout(120_000)
+    for is_lecture in (False, True):
+        if is_lecture:
+            page.click("#lecture")
+        for preset in ("tennis racket", "phone", "Explorer 1", "3U CubeSat"):
+            if preset != "tennis racket" or not is_lecture:
+                page.get_by_role("button", name=preset).click()
+            names = page.evaluate(NAMES)
+            assert overlaps(names) == []
+            assert all(box["left"] >= 0 and box["left"] + box["width"] <= size[0] for box in names)
+            assert is_lecture or preset in {box["text"] for box in names}
+        page.get_by_role("button", name="phone").click()
+        page.evaluate("polhode.motion.player.set(false)")
+        frames = page.evaluate(LABELS)
+        assert len(frames) > 250
+        assert {"L", "ω", "1", "2", "3"} <= {label["text"] for *_, labels in frames for label in labels}
+        assert [pairs for *_, labels in frames if (pairs := overlaps(labels))] == []
+        edges = [(w - label["left"] - label["width"], label["left"]) for w, _, labels in frames for label in labels]
+        assert np.min(edges) >= 0
 
 
 @pytest.mark.slow

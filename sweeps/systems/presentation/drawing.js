@@ -85,7 +85,7 @@ function planePen(canvas, reach) {
     Object.assign(pen, { strokeStyle: color, lineWidth: thick, lineJoin: "round" });
     pen.stroke();
   };
-  return { pen, width, scale, on, line };
+  return { pen, width, height, scale, on, line };
 }
 
 /** A canvas sharp on any screen; `draw(pen)` is called with what it needs to draw in a unit of its own. */
@@ -119,7 +119,8 @@ class Scene {
     const [right, up, toward] = viewAxes();
     const scale = this.fit ? this.fit(width, height, right, up) : Math.min(width, height) / 2 / this.reach;
     const project = (v) => [width / 2 + scale * dot(v, right), height / 2 - scale * dot(v, up), dot(v, toward)];
-    this.draw({ pen, project, toward, width, height, scale });
+    this.labels = [];
+    this.draw({ pen, project, toward, width, height, scale, labels: this.labels });
   }
 }
 
@@ -134,7 +135,8 @@ function strokeLine({ pen, project }, points, color, width, dash = []) {
   pen.setLineDash([]);
 }
 
-function arrow(view, from, to, color, label, shift = 8) {
+/** Draws an arrow with its name at the tip: at its right side, or at its left one if `side` is −1. */
+function arrow(view, from, to, color, label, side = 1) {
   const { pen, project } = view;
   const [[x0, y0], [x1, y1]] = [project(from), project(to)];
   const length = Math.hypot(x1 - x0, y1 - y0);
@@ -148,18 +150,23 @@ function arrow(view, from, to, color, label, shift = 8) {
     pen.fillStyle = color;
     pen.fill();
   }
-  writeAt(view, to, label, color, shift);
+  writeAt(view, to, label, color, side);
 }
 
-function writeAt({ pen, project }, point, text, color, shift = 8) {
-  const [x, y] = project(point);
-  pen.font = `600 ${textSize()}px system-ui, sans-serif`;
+/** Writes a text beside a point, where it lies on no other text of the picture: their boxes are in `labels`. */
+function writeAt({ pen, project, labels, width, height }, point, text, color, side = 1) {
+  const size = textSize();
+  pen.font = `600 ${size}px system-ui, sans-serif`;
+  const extent = [pen.measureText(text).width, size];
+  const boxes = boxesBeside(project(point), extent, 8, side);
+  const box = freeBox(boxes, labels, { left: 0, top: 0, width, height }) ?? freeBox(boxes, labels) ?? boxes[0];
+  labels.push({ ...box, text });
   pen.textBaseline = "middle";
   pen.lineWidth = 3;
   pen.strokeStyle = pageColor("paper");
-  pen.strokeText(text, x + shift, y - 6);
+  pen.strokeText(text, box.left, box.top + size / 2);
   pen.fillStyle = color;
-  pen.fillText(text, x + shift, y - 6);
+  pen.fillText(text, box.left, box.top + size / 2);
 }
 
 function drawDisc(pen, [x, y], radius, color) {

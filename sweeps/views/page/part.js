@@ -10,7 +10,7 @@
 //   build()                      builds the sections below the map
 //   boundaries(xEdges, yEdges)   lines on the plane, as `boundaryLine` makes them
 //   possible(x, y), impossible(xEdges, yEdges)   whether a body can be at a point of the plane, and outlines of where none can
-//   landmarks()                  points of the plane with names: {name, x, y, side}
+//   landmarks()                  points of the plane with names: {name, x, y}
 //   shownAt(), pointName()       position of the chosen point, if it is not a cell, and its name
 //   drag(x, y)                   chooses a point between the cells, to which the ring is dragged
 //   adjust(changes)              completes changes of the state

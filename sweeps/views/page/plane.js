@@ -126,7 +126,6 @@ function paintCells() {
 /** Paints everything that Plotly does not draw: cells, names of regions, and the selected point. */
 function paintPlane() {
   paintCells();
-  drawRegionNames();
   markPoint();
 }
 
@@ -170,38 +169,88 @@ function pointShown() {
   return part.shownAt?.() ?? [across, theMap.slant ? theMap.slant.up(across, up) : up];
 }
 
-/** Return the horizontal position in the plot nearest to x (pixels) of a text with half-width `half`. */
-function clampToPlot(x, half) {
-  return Math.max(half, Math.min(document.getElementById("map")._fullLayout.xaxis._length - half, x));
+function overlap(one, other) {
+  const apart = (start, length) => one[start] + one[length] <= other[start] || other[start] + other[length] <= one[start];
+  return !apart("left", "width") && !apart("top", "height");
 }
 
-/** Moves an element of half-width `half` to a pixel of the plot; hides it outside the plot. */
-function placeOnPlot(target, x, y, half = 0) {
-  const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
-  target.hidden = !(x >= -1 && x <= xaxis._length + 1 && y >= -1 && y <= yaxis._length + 1);
-  target.style.translate = `${xaxis._offset + clampToPlot(x, half)}px ${yaxis._offset + y}px`;
+// Directions to the right and up, the best first; a text at 0.5 or −0.5 begins or ends above or below its point.
+const DIRECTIONS = [[1, 1], [-1, 1], [1, -1], [-1, -1], [0.5, 1], [-0.5, 1], [0.5, -1], [-0.5, -1], [0, 1], [0, -1], [1, 0], [-1, 0]];
+
+/** Return boxes of a text beside a point, the best first; farther ones follow in steps of the text's height. */
+function boxesBeside([x, y], [width, height], gap, side = 1) {
+  return [0, 1, 2, 3].flatMap((step) => DIRECTIONS.map(([across, up]) => {
+    const away = gap + step * height;
+    const starts = new Map([[1, away], [0.5, -4], [0, -width / 2], [-0.5, 4 - width], [-1, -away - width]]);
+    const middle = up * (Math.abs(across) === 1 ? away / 2 + 2 : away + height / 2);
+    return { left: x + starts.get(side * across), top: y - middle - height / 2, width, height };
+  }));
 }
 
-/** Writes the regions' names over the plot: were they Plotly's, it would lay out everything whenever one moves. */
-function drawRegionNames() {
-  const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
-  const labels = theMap.plane.names.map(({ x, y, half, text }) => {
-    const label = element("span", { textContent: text.replace("<br>", "\n") });
-    placeOnPlot(label, xaxis.l2p(x), yaxis.l2p(y), half);
-    return label;
-  });
+/** Return the first box within an area, if one is given, that overlaps none of the others. */
+function freeBox(boxes, others, area = null) {
+  const isInside = ({ left, top, width, height }) => left >= area.left && top >= area.top && left + width <= area.left + area.width && top + height <= area.top + area.height;
+  return boxes.find((box) => (!area || isInside(box)) && !others.some((other) => overlap(box, other)));
+}
+
+/** Return the box of pixels around a point. */
+function boxAround([x, y], radius) {
+  return { left: x - radius, top: y - radius, width: 2 * radius, height: 2 * radius };
+}
+
+const RING_RADIUS = 12; // pixels
+
+/** Writes names over the plot, none on another: of the chosen point, of the system's points, and of regions. */
+function drawNames(chosen) {
+  const target = document.getElementById("map");
+  const { xaxis, yaxis } = target._fullLayout;
+  const { left, top } = target.getBoundingClientRect();
+  const pixel = (x, y, convert) => [xaxis._offset + xaxis[convert](x), yaxis._offset + yaxis[convert](y)];
+  const area = { left: xaxis._offset, top: 0, width: target.clientWidth - xaxis._offset, height: yaxis._offset + yaxis._length };
+  const others = [...target.querySelectorAll(".annotation")].map((one) => one.getBoundingClientRect()).map((box) => ({ left: box.left - left, top: box.top - top, width: box.width, height: box.height }));
+  const points = (theMap.plane && state.y ? (part.landmarks?.() ?? []) : []).map(({ name, x, y }) => ({ text: name, at: pixel(x, y, "d2p"), kind: "landmark" }));
+  const isChosen = ({ at }) => chosen && Math.hypot(at[0] - chosen[0], at[1] - chosen[1]) < RING_RADIUS;
+  const names = [
+    ...(chosen && !points.some(isChosen) ? [{ at: chosen, kind: "chosen", text: part.pointName?.() ?? "selected" }] : []),
+    ...points,
+    ...(theMap.plane?.names ?? []).map(({ x, y, value, text }) => ({ at: pixel(x, y, "l2p"), kind: "region", text, value })),
+  ];
+  if (chosen) others.push(boxAround(chosen, RING_RADIUS));
+  others.push(...points.map(({ at }) => boxAround(at, 4)));
+  const labels = names.map(({ text, kind }) => element("span", { className: kind, textContent: text }));
   document.getElementById("names").replaceChildren(...labels);
+  const sizes = labels.map((label) => label.getBoundingClientRect()).map(({ width, height }) => [width, height]);
+  names.forEach(({ at, kind, value }, i) => {
+    const boxes = kind === "region" ? boxesOfRegion(at, sizes[i], value) : boxesBeside(at, sizes[i], isChosen({ at }) ? RING_RADIUS + 2 : 6);
+    const box = freeBox(boxes, others, area);
+    labels[i].hidden = !box;
+    if (!box) return;
+    labels[i].style.translate = `${box.left}px ${box.top}px`;
+    others.push(box);
+  });
 }
 
-/** The ring around the chosen point, with a halo and its name. */
+/** Return boxes of a region's name, about its middle, then beside it, while their middles are in the region. */
+function boxesOfRegion([x, y], [width, height], value) {
+  const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
+  const isOfRegion = (u, v) => {
+    const place = locate(xaxis.p2d(u - xaxis._offset), yaxis.p2d(v - yaxis._offset))?.place;
+    return place && leadingFlag().at(place) === value;
+  };
+  const steps = [[0, 0], ...[1, 2, 3].flatMap((step) => DIRECTIONS.map(([across, up]) => [across * step, up * step]))];
+  const middles = steps.map(([across, up]) => [x + across * height, y - up * height]);
+  return middles.filter(([u, v], i) => i === 0 || isOfRegion(u, v)).map(([u, v]) => ({ left: u - width / 2, top: v - height / 2, width, height }));
+}
+
+/** Marks the chosen point by a ring, and writes all names. */
 function markPoint(at = pointShown()) {
   const ring = document.getElementById("ring");
   const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
   const [x, y] = [xaxis.d2p(at[0]), yaxis.d2p(at[1])];
-  placeOnPlot(ring, x, y);
-  ring.dataset.name = part.pointName?.() ?? "selected";
-  ring.classList.toggle("left", x > 0.75 * xaxis._length);
-  ring.classList.toggle("under", y < 24);
+  ring.hidden = !(x >= -1 && x <= xaxis._length + 1 && y >= -1 && y <= yaxis._length + 1);
+  const place = [xaxis._offset + x, yaxis._offset + y];
+  ring.style.translate = `${place[0]}px ${place[1]}px`;
+  drawNames(ring.hidden ? null : place);
 }
 
 function axisOf(name, values) {
@@ -234,9 +283,14 @@ const SAVE = {
   name: "save",
   title: "Download plot as a PNG",
   get icon() { return Plotly.Icons.camera; },
-  click: ({ data, layout, _fullLayout: { xaxis } }) => {
+  click: ({ data, layout, _fullLayout: { xaxis, yaxis } }) => {
     const images = [{ source: document.getElementById("cells").toDataURL(), x: 0, y: 1, sizex: 1, sizey: 1, sizing: "stretch", layer: "below" }];
-    const names = theMap.plane.names.map(({ x, y, half, text }) => escapeTexts(annotation({ x: xaxis.p2l(clampToPlot(xaxis.l2p(x), half)), y, text }, 0.72)));
+    const { left, top } = document.getElementById("map").getBoundingClientRect();
+    const names = [...document.querySelectorAll("#names span:not([hidden])")].map((label) => {
+      const box = label.getBoundingClientRect();
+      const place = { x: xaxis.p2l(box.left + box.width / 2 - left - xaxis._offset), y: yaxis.p2l(box.top + box.height / 2 - top - yaxis._offset) };
+      return escapeTexts(annotation({ ...place, text: label.textContent.replace("\n", "<br>") }, 0.72));
+    });
     const annotations = [...layout.annotations, ...names];
     Plotly.downloadImage({ data, layout: { ...layout, images, annotations } }, { format: "png", filename: "map" });
   },
@@ -248,14 +302,18 @@ function landmarks() {
   const all = part.landmarks?.() ?? [];
   const pick = (name) => all.map((one) => one[name]);
   if (all.length === 0) return [];
-  return [{ type: "scatter", mode: "markers+text", x: pick("x"), y: pick("y"), text: pick("name"), textposition: pick("side"), textfont: { size: textSize(11), color: pageColor("ink"), shadow: `0 0 3px ${pageColor("paper")}, 0 0 3px ${pageColor("paper")}, 0 0 3px ${pageColor("paper")}` }, marker: { size: 6, color: "#1a1a1a", line: { color: "#ffffff", width: 1.5 } }, hoverinfo: "skip" }];
+  return [{ type: "scatter", mode: "markers", x: pick("x"), y: pick("y"), text: pick("name"), cliponaxis: false, marker: { size: 6, color: "#1a1a1a", line: { color: "#ffffff", width: 1.5 } }, hoverinfo: "skip" }];
 }
 
 const MAX_LABEL_CELLS = 2500; // cells from which places of regions' names are computed; more cells do not improve them
 
+function leadingFlag() {
+  return Object.values(theMap.columns).find((column) => column.role === "headline" && column.isFlag);
+}
+
 /** Return the names of the leading flag's regions, each at the point farthest from its region's edge. */
 function regionNames(plane) {
-  const flag = Object.values(theMap.columns).find((column) => column.role === "headline" && column.isFlag);
+  const flag = leadingFlag();
   const step = Math.ceil(Math.sqrt(plane.values.length / MAX_LABEL_CELLS));
   const [rows, columns] = [plane.up, plane.across].map((side) => [...side.keys()].filter((k) => k % step === 0));
   if (!flag || rows.length < 6 || columns.length < 6) return [];
@@ -275,10 +333,8 @@ function regionNames(plane) {
   const log = (values, value) => (isLogarithmic(values) ? Math.log10(value) : value);
   const least = 0.06 * Math.min(rows.length, columns.length);
   return [...best].sort(([a], [b]) => a - b).filter(([, at]) => at.free > least).map(([value, { i, j }]) => {
-    const text = flagText(flag.meanings.get(value) ?? "").replace(", ", "<br>");
-    const half = 0.32 * textSize(12) * Math.max(...text.split("<br>").map((line) => line.length)); // px, about half of its width
     const up = theMap.slant ? theMap.slant.up(x[i], y[j]) : log(y, y[j]);
-    return { x: log(x, x[i]), y: up, half, text };
+    return { x: log(x, x[i]), y: up, value, text: flagText(flag.meanings.get(value) ?? "").replace(", ", "\n") };
   });
 }
 

@@ -45,7 +45,7 @@ class HerpolhodePicture {
   render() {
     if (this.t === undefined) return;
     const tail = this.tail();
-    const { pen, width, scale, on, line } = planePen(this.canvas, this.outer || 1);
+    const { pen, width, height, scale, on, line } = planePen(this.canvas, this.outer || 1);
     if (width === 0) return;
     for (const radius of this.still ? [] : [this.inner, this.outer]) {
       pen.beginPath();
@@ -55,9 +55,10 @@ class HerpolhodePicture {
     }
     if (!this.still) line(this.curve, pageColor("polhode"), 1);
     if (!this.still) line(tail, pageColor("accent"), 2.6);
+    this.labels = [];
     for (const [at, color, text] of [[[0, 0], pageColor("quiet"), "L"], [this.still ? [0, 0] : tail.at(-1), theMap.seriesColors[3], "ω"]]) {
       drawDisc(pen, on(at), 5, color);
-      writeAt({ pen, project: on }, at, text, color);
+      writeAt({ pen, project: on, labels: this.labels, width, height }, at, text, color);
     }
   }
 }

@@ -273,12 +273,12 @@ function drawBody(view) {
   strokeLine(view, [seen([0, 0, -1.3]), seen([0, 0, 1.05])], pageColor("grid"), 1.5, [3, 4]);
   drawTrail(view, trail, false);
   drawSolid(view, motion.faces, attitude);
+  arrow(view, seen([0, 0, 1.05]), seen([0, 0, 1.28]), pageColor("quiet"), "L");
   drawBodyAxes(view, attitude, motion.axis);
   drawTrail(view, trail, true);
-  arrow(view, seen([0, 0, 1.05]), seen([0, 0, 1.28]), pageColor("quiet"), "L", 10);
   const omega = directionOf(seen(rotated(motion.attitude, motion.omega)));
   view.pen.globalAlpha = 0.9;
-  arrow(view, [0, 0, 0], omega.map((w) => 1.2 * w), theMap.seriesColors[3], "ω", -20);
+  arrow(view, [0, 0, 0], omega.map((w) => 1.2 * w), theMap.seriesColors[3], "ω", -1);
   view.pen.globalAlpha = 1;
 }
 

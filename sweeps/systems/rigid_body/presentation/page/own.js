@@ -65,7 +65,7 @@ function namedBodies() {
   const [xs, ys] = [theMap.plane.xEdges, theMap.plane.yEdges].map((edges) => [edges[0], edges[edges.length - 1]]);
   const inside = ([x, y]) => xs[0] <= x && x <= xs[1] && (slanted() ? y <= 1 : ys[0] <= y && y <= ys[1]);
   const seen = lecture.on ? [] : shown.filter(({ at }) => at && inside(at)); // large names have no room
-  return seen.map(({ name, at: [x, y] }) => ({ name, x, y, side: `${slanted() && y > 0.99 ? "top" : "bottom"} ${x > 0.75 * xs[1] ? "left" : "right"}` }));
+  return seen.map(({ name, at: [x, y] }) => ({ name, x, y }));
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -190,6 +190,7 @@ function buildThree() {
       scene.late();
     });
   };
+  motion.thrown = scenes;
   motion.ticks.push(() => scenes.forEach((scene) => scene.late()));
   onChange(show);
   show();

@@ -77,7 +77,7 @@ const part = {
   },
   boundaries,
   shownAt: () => (state.moments ? placeOfBody(state.moments) : null),
-  pointName: () => (theMap.presets.some(({ name }) => name === state.named) && slanted() && !lecture.on ? "" : state.moments ? state.named ?? "your body" : "selected"),
+  pointName: () => (state.moments ? state.named ?? "your body" : "selected"),
   isBox: () => givesBox() || theMap.presets.some(({ name, mass }) => mass && name === state.named),
   drag: dragBody,
   adjust: backToTheMap,
