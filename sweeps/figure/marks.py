@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation
 
 from sweeps.figure.colors import FAINT, PAPER, QUIET
 
@@ -36,8 +37,8 @@ def draw_grid(ax: Axes, axis: Literal["both", "x", "y"] = "both") -> None:
     ax.set_axisbelow(True)
 
 
-def annotate(ax: Axes, text: str, place, offset: tuple[float, float], **style) -> None:
-    """Write a text at an offset from a point.
+def annotate(ax: Axes, text: str, place, offset: tuple[float, float], **style) -> Annotation:
+    """Write a text at an offset from a point, and return it.
 
     Args:
         ax: the panel.
@@ -46,7 +47,7 @@ def annotate(ax: Axes, text: str, place, offset: tuple[float, float], **style) -
         offset: from the point to the text, in points of type.
         style: options of Matplotlib's `annotate`.
     """
-    ax.annotate(text, place, offset, textcoords="offset points", **style)
+    return ax.annotate(text, place, offset, textcoords="offset points", **style)
 
 
 def axes_fractions(ax: Axes, x, y) -> np.ndarray:

@@ -1,6 +1,6 @@
 """The animation of the flip: its body, the rotation and the content of the file."""
 
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -43,6 +43,23 @@ def test_a_racket_on_the_grid_is_shown_about_its_own_axis_2():
     grid = {"I1": [I1, 0.02], "I2": [0.01, I2], "I3": [I3, 0.03], "omega0": [2.0, 11.0]}
     point = figure_flip.racket(sweeps.survey({"grid": grid}))
     assert [point[name] for name in ("I1", "I2", "I3", "axis", "omega0")] == [I1, I2, I3, 2, 11.0]
+
+
+@pytest.mark.parametrize("motion", [{"axis": 2, "epsilon": 0.1}, {"axis": 1, "epsilon": 0.3}])
+def test_no_letter_lies_on_another_in_any_frame(motion, monkeypatch):
+    """L, ω and the number of the axis, by their boxes of pixels, over two flips or wobbles."""
+    frames, set_attitude = [], figure_flip.FilmStage.set_attitude
+
+    def look(stage, *arguments):
+        artists = set_attitude(stage, *arguments)
+        frames.append([text.get_window_extent() for text in (stage.vertical, *stage.letters)])
+        return artists
+
+    monkeypatch.setattr(figure_flip.FilmStage, "set_attitude", look)
+    with sheets.use_sheet(sheets.OWN_SIZE), films.use_film_of("racket.gif"):
+        count = len(list(figure_flip.film(sweeps.motion("racket", motion | {"omega0": 10.0}))))
+    assert len(frames) == count > 80
+    assert not [k for k, boxes in enumerate(frames) for one, other in combinations(boxes, 2) if one.overlaps(other)]
 
 
 def mean_squares(faces):

@@ -4,6 +4,8 @@ The angular momentum L is vertical, and the angular velocity moves about it; the
 axis of least moment. Attitude and angular velocity are those of the closed forms.
 """
 
+import itertools
+import math
 from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any, NamedTuple
@@ -41,6 +43,7 @@ FINER = 8  # points of the trail per frame
 MAX_ROTATIONS = 8.0  # rotations of a film; of a slower flip only this part is shown, with the flip in its middle
 COMPONENTS = tuple(colors.SERIES_COLORS[:3])
 INDICES = "₁₂₃"
+LETTER_TURNS = np.pi / 4 * np.array([0, 1, -1, 2, -2, 3, -3, 4])  # rad, from a line's direction to that of its letter
 
 
 def most_unstable(ds: Dataset) -> dict[str, Any] | None:
@@ -222,17 +225,30 @@ class FilmStage:
         vertical = np.outer([1.0, 1.22], SCREEN[2])
         ax.plot(*vertical.T, color=colors.QUIET, lw=1.8)
         ax.plot(*vertical[1], marker="^", color=colors.QUIET, ms=5)
-        marks.annotate(ax, vertical_name, vertical[1], (7, -2), color=colors.QUIET, fontweight="bold")
+        self.vertical = marks.annotate(ax, vertical_name, vertical[1], (7, -2), color=colors.QUIET, fontweight="bold")
         ax.add_collection(self.solid.artist, autolim=False)
         line: dict[str, Any] = {"lw": 1.5, "animated": True}
         self.far, self.near = (ax.plot([], [], color=colors.SERIES_COLORS[4], alpha=0.8, **line)[0] for _ in range(2))
         (self.tip,) = ax.plot([], [], color=colors.INK, **line)
         (self.arrow,) = ax.plot([], [], "o-", color=colors.UNSTABLE, ms=4, markevery=[1], **line | {"lw": 2.0})
-        props = {"color": colors.UNSTABLE, "fontweight": "bold", "path_effects": marks.halo()}
-        self.name = ax.text(0.0, 0.0, "ω", ha="right", animated=True, **props)
+        props: dict[str, Any] = {"fontweight": "bold", "path_effects": marks.halo(), "ha": "center", "va": "center"}
+        pairs = ((str(axis), colors.INK), ("ω", colors.UNSTABLE))
+        self.letters = [ax.text(0.0, 0.0, text, color=color, animated=True, **props) for text, color in pairs]
+
+    def _place_letters(self, tips) -> None:
+        """Write the axis' number and ω near the tips of their lines: in the stage, and not on another name."""
+        boxes = [self.vertical.get_window_extent()]
+        for letter, tip in zip(self.letters, tips, strict=True):
+            outward = math.atan2(tip[1], tip[0])
+            for distance, turn in itertools.product((0.14, 0.28), LETTER_TURNS):
+                letter.set_position(tip + distance * np.array([math.cos(outward + turn), math.sin(outward + turn)]))
+                box = letter.get_window_extent()
+                if box.y1 <= letter.axes.bbox.y1 and not any(box.overlaps(other) for other in boxes):
+                    break
+            boxes.append(box)
 
     def set_attitude(self, matrix: np.ndarray, omega: np.ndarray, trail: np.ndarray) -> list[Artist]:
-        """Set an attitude. Return the trail behind the body, body and spin axis, the trail before it, ω and its name.
+        """Set an attitude. Return the trail behind the body, body and spin axis, the trail before it, ω, and letters.
 
         Args:
             matrix: attitude, from body to space, shape (3, 3).
@@ -246,10 +262,10 @@ class FilmStage:
         self.near.set_data(*np.where(is_behind, np.nan, on_screen).T)
         self.tip.set_data(*np.outer(end @ SCREEN, [0.0, 1.0]))
         self.arrow.set_data(*np.outer(arrow, [0.0, 1.0]))
-        self.name.set_position(arrow + np.array([-0.08, 0.02]))
+        self._place_letters((end @ SCREEN, arrow))
         self.solid.set_attitude(matrix)
         body = [self.tip, self.solid.artist]
-        return [self.far, *(body if end @ TOWARDS <= 0.0 else reversed(body)), self.near, self.arrow, self.name]
+        return [self.far, *(body if end @ TOWARDS <= 0.0 else reversed(body)), self.near, self.arrow, *self.letters]
 
 
 class _Solid:
