@@ -18,7 +18,6 @@ Source: Requicha (1980), ACM Computing Surveys 12, 437, for ray representations;
 Graph. 32(4), 33, for winding numbers.
 """
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +30,10 @@ MAX_CROSSINGS = 1e7  # crossings in one direction, some 300 MB; their sorting ta
 MAX_SPANS = 1e8  # pairs of a triangle and a row of lines in one direction
 BLOCK = 2**20  # pairs of a triangle and a row at a time, some 200 MB
 MAX_WALKED_CROSSINGS = 20_000  # crossings of the lines on which the overlapping surfaces are identified
+TOO_INTRICATE = (
+    "has too many surfaces one above the other to be compared",
+    "a simpler mesh (reduce it in your modeller)",
+)
 #: rows of a rotation near that by 60° about (1, 1, 1), oblique to all coordinate axes, with no simple ratio
 DIRECTIONS = np.linalg.qr([[2.0, -1.0, 2.17], [2.13, 2.0, -1.05], [-1.09, 2.11, 2.0]])[0]
 
@@ -67,7 +70,8 @@ def orient(
         volumes: volume inside each surface, negative for inward normals, shape (k,).
     """
     signs = np.where(volumes < 0, -1, 1)
-    casts = [_cast(vertices @ rows.T, faces, labels, abs(volumes).sum()) for rows in _rotations()]
+    rotations = [np.roll(DIRECTIONS, k, axis=0) for k in range(3)]  # their third rows are directions of lines
+    casts = [_cast(vertices @ rows.T, faces, labels, abs(volumes).sum()) for rows in rotations]
     depths, counts = np.zeros(len(volumes)), np.zeros(len(volumes))
     is_hit = np.zeros(len(volumes), bool)
     is_hit[np.concatenate([crossings.surface for crossings in casts])] = True
@@ -86,11 +90,6 @@ def orient(
     volume = float(np.mean([(lengths * c.area).sum() for lengths, c in zip(excess, casts, strict=True)]))
     worst = max(range(len(casts)), key=lambda k: excess[k].sum())
     return factors < 0, Overlap(volume, _overlapping(casts[worst], excess[worst], factors) if volume else ())
-
-
-def _rotations() -> Iterator[np.ndarray]:
-    """Yield three rotations; their third rows are the directions of the lines."""
-    return (np.roll(DIRECTIONS, k, axis=0) for k in range(3))
 
 
 def _cast(points: np.ndarray, faces: np.ndarray, labels: np.ndarray, volume: float) -> Crossings:
@@ -129,11 +128,9 @@ def _collect(triangles, labels, first, end, lines, area: float) -> Crossings:
     """
     ends = np.cumsum(np.maximum(end - first, 0))
     if ends[-1] > MAX_SPANS:
-        raise _too_intricate()
-    parts, done, num_crossings = [], 0, 0
-    while done < len(ends):
-        stop = max(done + 1, int(np.searchsorted(ends, (ends[done - 1] if done else 0) + BLOCK)))
-        block = slice(done, stop)
+        raise MeshError(*TOO_INTRICATE)
+    parts, num_crossings = [], 0
+    for block in np.split(np.arange(len(ends)), np.searchsorted(ends, np.arange(BLOCK, ends[-1], BLOCK))):
         owner, row = _expand(first[block], end[block])
         triangle = triangles[block][owner]
         left, right = _span(triangle, row.astype(float) if lines is None else lines[row, 1])
@@ -141,23 +138,16 @@ def _collect(triangles, labels, first, end, lines, area: float) -> Crossings:
             start, column_end = np.ceil(left).astype(np.int64), np.ceil(right).astype(np.int64)
             num_crossings += int(np.maximum(column_end - start, 0).sum())
             if num_crossings > MAX_CROSSINGS:
-                raise _too_intricate()
+                raise MeshError(*TOO_INTRICATE)
             which, column = _expand(start, column_end)
             places, keys = np.column_stack([column, row[which]]).astype(float), (row[which] << 20) + column
         else:
             which = np.flatnonzero((left <= lines[row, 0]) & (lines[row, 0] < right))
             places, keys = lines[row[which]], row[which]
         parts.append((keys, *_heights(triangle[which], places), labels[block][owner[which]]))
-        done = stop
     line, height, rise, surface = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     order = np.lexsort((height, line))
     return Crossings(line[order], height[order], rise[order], surface[order], area)
-
-
-def _too_intricate() -> MeshError:
-    return MeshError(
-        "has too many surfaces one above the other to be compared", "a simpler mesh (reduce it in your modeller)"
-    )
 
 
 def _expand(first: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
