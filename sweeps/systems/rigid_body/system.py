@@ -229,8 +229,6 @@ ON_REQUEST = {  # key of `integration` → call that compiles its kernels
 
 # -- the system
 
-COMPARED_POINTS = 32  # points of a block that a collapsed sweep also integrates individually
-
 
 class RigidBody(FreeBody):
     """Euler's equations without torque, near each principal axis."""
@@ -262,8 +260,6 @@ class RigidBody(FreeBody):
         settings = integration.rotations, integration.samples_per_rotation, integration.tolerance
         options = {"propagator": integration.propagator, "nonlinear": integration.flips, "wanted": integration.table}
         columns = survey.survey(points, *settings, collapse=integration.collapse, **options)
-        if integration.collapse and "omega_squared" in columns:
-            _compare_with_individual_runs(columns, points, settings, options)
         if integration.attitude:
             columns |= _in_space(points, settings, columns, integration.table)
         return columns
@@ -355,47 +351,6 @@ def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
     error = np.abs(sense) * (psi_spread * spin + wobble_error + (wobble_rate + wobble_error) * spin_spread)
     space_columns["space_rate_error"] = space_columns.pop("psi_rate_error") + error
     return {name: values for name, values in space_columns.items() if name in wanted}
-
-
-def _compare_with_individual_runs(columns, points, settings, options):
-    """Integrate a few points individually and compare the collapsed columns with them.
-
-    Every column is compared, bit for bit, with that of the same motion at the point's own spin rate, and Ω² with that
-    of the body's own moments. Raise an ArithmeticError if a column differs, or Ω² by more than both errors and 1e-12 of
-    ω0² (times the square of the ratio of the moments, by which the rounding of a needle's moments grows): then no map
-    is written.
-    """
-    from kernels.near_axis import survey
-
-    size = next(iter(points.values())).size
-    indices = np.random.default_rng(size).integers(0, size, min(size, COMPARED_POINTS))
-    sample = {name: values[indices] for name, values in points.items()}
-    compared = {"wanted": {*options["wanted"], "omega_squared_error"}}
-    at_their_spin = survey.measure_points(survey.as_motions(sample), *settings, rounded=True, **options | compared)
-    for name in columns.keys() & at_their_spin.keys():
-        if not np.array_equal(at_their_spin[name], columns[name][indices], equal_nan=True):
-            raise ArithmeticError(f"{name}: collapsed, it does not go with the spin rate as it is integrated")
-    if "omega_squared" not in columns:
-        return
-    rate_names = {"omega_squared", "omega_squared_error"}
-    full = survey.measure_points(sample, *settings, **options | {"nonlinear": False, "wanted": rate_names})
-    moments = np.stack([sample[name] for name in MOMENTS])
-    with np.errstate(over="ignore"):  # an infinite ratio allows any deviation, as such a body has no finite columns
-        allowed = 1e-12 * np.square(moments.max(axis=0) / moments.min(axis=0))
-    spin = np.abs(sample["omega0"])
-    collapsed_rates, individual_rates = columns["omega_squared"][indices], full["omega_squared"]
-    is_equal = (collapsed_rates == individual_rates) | (
-        np.isnan(collapsed_rates) & np.isnan(individual_rates)
-    )  # infinite or missing in both
-    deviations = (
-        np.abs(np.subtract(collapsed_rates, individual_rates, out=np.zeros_like(collapsed_rates), where=~is_equal))
-        / spin
-        / spin
-    )
-    errors = full["omega_squared_error"] + at_their_spin["omega_squared_error"]
-    allowed += np.nan_to_num(errors) / spin / spin
-    if not (deviations <= allowed).all():
-        raise ArithmeticError(f"collapsed and integrated points differ by {(deviations / allowed).max():.2g}e-12")
 
 
 MAX_CLOSED_FORM_SAMPLES = 1_000_000  # samples of a run; longer runs are not computed in closed form
