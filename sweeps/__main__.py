@@ -85,9 +85,8 @@ def command() -> NoReturn:
         status = ended.code
     except OSError as error:  # the help could not be written
         status = _unwritten(error)
-    atexit.register(
-        signal.signal, signal.SIGINT, signal.SIG_DFL
-    )  # Python's own cleanup remains; an interrupt of it prints nothing
+    # Python's own cleanup remains; an interrupt of it prints nothing
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_DFL)
     gc.freeze()  # else Python searches all objects for cycles as it ends, for 0.5 s
     status = _flush_output(status)
     if status == INTERRUPTED:
@@ -115,9 +114,8 @@ def _flush_output(status: int) -> int:
         try:
             stream.flush()
         except OSError as error:
-            os.dup2(
-                os.open(os.devnull, os.O_WRONLY), stream.fileno()
-            )  # the bytes that are still in its buffer go there
+            # the bytes that are still in its buffer go there
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
             status = status or _unwritten(error)
     return status
 

@@ -117,9 +117,8 @@ def _print_variables(row, places, as_json: bool) -> None:
         console.print(str(place))
     for name, value in row.coords.items():
         if name not in places and value.ndim == 0 and not ("flag_meanings" in value.attrs and value.item() == 0):
-            console.print(
-                f"{name} = {_format_value(value)} {_units(value)}".rstrip()
-            )  # the flag 0 is the usual one: moments in kg m2
+            # the flag 0 is the usual one: moments in kg m2
+            console.print(f"{name} = {_format_value(value)} {_units(value)}".rstrip())
     console.print()
     table = printing.table("variable", "value", "units", "meaning", right=(1,))
     for name, variable in row.data_vars.items():

@@ -31,12 +31,8 @@ from sweeps.schema.variables import (
 )
 
 MAP = "stability_map.nc"  # a sweep's map in its folder results/<sweep>
-UNCUT = (
-    "definition",
-    "inputs",
-    "input_notes",
-    "outlines",
-)  # attributes that are compared or drawn, and therefore never cut
+# attributes that are compared or drawn, and therefore never cut
+UNCUT = ("definition", "inputs", "input_notes", "outlines")
 DESCRIPTIONS = ("long_name", "units", "comment")  # attributes that describe variables of a described system
 MAX_LETTERS = 200  # length of a description or a name, so that messages and labels stay readable
 MAX_INFLATION = 100  # size in memory over size in the file, up to which a variable that is not deflated is read

@@ -517,9 +517,8 @@ class EquilibriumSearch:
         owner, kinds, places = self.search_boxes(constants, bounds[at], (*limits[:3], 0.0, False), starts, numerators)
         values = denominators.slopes(divisors, owner, places[:, 1, 0], places[:, 1, 1], 0)[0][:, :, 0]
         is_kept = (kinds != codes.UNIQUE_ZERO) | ~((values[..., 0] <= 0.0) & (values[..., 1] >= 0.0)).any(axis=1)
-        for k in np.flatnonzero(
-            is_kept & (kinds == codes.UNIQUE_ZERO)
-        ):  # a root near a box without poles is found twice
+        # a root near a box without poles is found twice
+        for k in np.flatnonzero(is_kept & (kinds == codes.UNIQUE_ZERO)):
             roots = boxes[(box_point == at[owner[k]]) & (kind == codes.UNIQUE_ZERO), 1]
             is_kept[k] = not ((roots[:, 0] <= places[k, 1, 1]) & (roots[:, 1] >= places[k, 1, 0])).all(axis=1).any()
         return _replace_records(

@@ -37,11 +37,8 @@ from sweeps.schema.refusals import DescriptionError
 CONSTANT, STATE, ADD, MUL, DIV, FUNCTION, SOLVED = "constant", "x", "add", "mul", "div", "function", "solved"
 FIRST, SECOND, ABSOLUTE = range(3)
 MAX_PRODUCT_POWER = 16  # whole powers up to this one are written as products
-MODULES = [
-    {"erf": special.erf},
-    "scipy",
-    "numpy",
-]  # modules that evaluate SymPy's functions; the first that knows a function is used
+# modules that evaluate SymPy's functions; the first that knows a function is used
+MODULES = [{"erf": special.erf}, "scipy", "numpy"]
 TINY = sp.Float(1e-290)  # changes no number but 0, to sixteen digits
 
 

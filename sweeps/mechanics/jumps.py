@@ -12,11 +12,8 @@ import sympy as sp
 from sweeps.mechanics.graph import compile_expression
 from sweeps.mechanics.tape import Tape
 
-GRID_SIZES = (
-    127,
-    1021,
-    16381,
-)  # intervals that enclose the roots in a piece; prime numbers, so that few zeros lie on the grid
+# intervals that enclose the roots in a piece; prime numbers, so that few zeros lie on the grid
+GRID_SIZES = (127, 1021, 16381)
 MAX_BISECTIONS = 60
 MIN_JUMP_DISTANCE = 1e-12  # jumps closer to each other than this fraction of the whole time count as one
 

@@ -192,9 +192,8 @@ def is_proved_stable(model, parameters, place, uncertainty, regular=False):
         slack = QUANTITY_ROUNDING + (error / sizes).max(1)
         (slopes, steep), (curvatures, terms) = (land.gradients(parameters, x), land.curvatures(parameters, x))
         products = (sizes[:, :, None] * sizes[:, None])[:, None]
-        unit = (steep * sizes[:, None]).sum(2) + (terms * products).sum(
-            (2, 3)
-        )  # of each quantity, so that its unit cancels
+        # of each quantity, so that its unit cancels
+        unit = (steep * sizes[:, None]).sum(2) + (terms * products).sum((2, 3))
         change = matrix_change(lambda at: land.curvatures(parameters, list(at.T))[0], curvatures, place, error)
         errors = (change + slack[:, None, None, None] * terms) * products / unit[:, :, None, None]
         slopes, curvatures = (
@@ -588,9 +587,6 @@ def _regime_of_pairs(total, product, discriminant):
     sum_positive, sum_negative = (total[0] > total[1]), (total[0] < -total[1])
     product_positive, product_negative = (product[0] > product[1]), (product[0] < -product[1])
     real_squares, complex_squares = (discriminant[0] > discriminant[1]), (discriminant[0] < -discriminant[1])
-    cases = [
-        complex_squares,
-        product_negative | sum_positive,
-        sum_negative & product_positive & real_squares,
-    ]  # S > 0 alone: two real pairs or flutter, both grow
+    # S > 0 alone: two real pairs or flutter, both grow
+    cases = [complex_squares, product_negative | sum_positive, sum_negative & product_positive & real_squares]
     return np.select(cases, [codes.FLUTTER, codes.UNSTABLE, codes.STABLE], codes.MARGINAL)

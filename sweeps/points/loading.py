@@ -136,9 +136,8 @@ def _resolve_system(name: Any, folder: str) -> systems.Dynamics:
     """Return the system of a definition's key `system`; refuse a name that does not exist."""
     if systems.is_file(name):
         return systems.resolve(name, folder)
-    ours = (
-        isinstance(name, str) and name in systems.MODULES
-    )  # a search for installed systems takes longer than reading a file
+    # a search for installed systems takes longer than reading a file
+    ours = isinstance(name, str) and name in systems.MODULES
     if not ours and (not isinstance(name, str) or name not in systems.system_names()):
         problem = "is not available" + hint(name, systems.system_names())
         raise UnreadableError(

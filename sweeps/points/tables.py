@@ -71,9 +71,8 @@ class Table:
             self.cache_file.unlink(missing_ok=True)
             reason = "was damaged and is removed: the same command reads the table again"
             raise OSError(0, reason, str(self.cache_file)) from None
-        return {
-            name: values[:, k] for k, name in enumerate(self.names)
-        }  # views of the rows: most callers need one column
+        # views of the rows: most callers need one column
+        return {name: values[:, k] for k, name in enumerate(self.names)}
 
 
 def cache_dir() -> Path:

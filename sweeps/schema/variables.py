@@ -106,9 +106,8 @@ def of_role(variables: Mapping[str, Variable], role: Role) -> str:
     return next((name for name, variable in variables.items() if variable.role == role), "")
 
 
-POINT = Variable(
-    "point", "1", "number of the point, from 1; of a table, its row", "i8"
-)  # dimension of points in no grid
+# dimension of points in no grid
+POINT = Variable("point", "1", "number of the point, from 1; of a table, its row", "i8")
 POINT_NAME = Variable("name", None, "name of the point, from the column `name` of its table", "str")
 
 

@@ -163,9 +163,8 @@ def draw_map(
     fixed |= {dim: place.index for dim, place in places.items()}
     values = ds[flag].isel(fixed).load()
     names = [f"{panel_dim} {value}" for value in ds[panel_dim].values] if panel_dim else [""]
-    if (
-        panel_dim and not np.ptp(values.values, axis=values.dims.index(panel_dim)).any()
-    ):  # all eigenvalues have one regime
+    # all eigenvalues have one regime
+    if panel_dim and not np.ptp(values.values, axis=values.dims.index(panel_dim)).any():
         values, names, num_panels = values.isel({panel_dim: 0}), [f"{names[0]} … {ds[panel_dim].values[-1]}"], 1
     panel_width = max(MIN_PANEL_WIDTH, (width - plane.label_width() - 2 * (num_panels - 1)) // num_panels)
     appearance, meanings = description.presentation.appearance, description.variables[flag].flags

@@ -75,9 +75,8 @@ def format_outlines(surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> st
     """Return the surfaces of bodies as the attribute `outlines` of a map, of at most `MAX_FACES` faces; "" if none."""
     selected = dict(list(surfaces.items())[: MAX_FACES // MIN_BODY_FACES])
     free_faces, texts = MAX_FACES, {}
-    few_first = sorted(
-        selected, key=lambda name: len(selected[name][1])
-    )  # bodies with few faces leave more to later ones
+    # bodies with few faces leave more to later ones
+    few_first = sorted(selected, key=lambda name: len(selected[name][1]))
     for number, name in enumerate(few_first):
         vertices, faces = simplify(*selected[name], free_faces // (len(selected) - number))
         texts[name], free_faces = encode_surface(vertices, faces), free_faces - len(faces)

@@ -15,9 +15,8 @@ from sweeps.systems.system import Dynamics
 Drawing = Callable[..., Any]  # a function of an optional place (Axes) that returns a Figure, or None without content
 Drawings = dict[str, Drawing]  # the drawing of each figure by its name
 DRAWING = Path(__file__).parent / "drawing.js"  # script of the pages that show a motion
-Animations = dict[
-    str, Callable[[], Iterator[Any]]
-]  # each animation's name → function that yields its frames, arrays of pixels
+# each animation's name → function that yields its frames, arrays of pixels
+Animations = dict[str, Callable[[], Iterator[Any]]]
 
 
 @dataclass(frozen=True)

@@ -22,13 +22,8 @@ TILE_DRAWS = 2**14  # number of draws that one thread measures at once
 DRAW_BYTES = 450  # memory of a draw while its body is measured, bytes
 MAX_RATE_EPSILON = 1e-6  # rates are for small perturbations: a larger one by tilted axes is reduced to this size
 STABLE, UNSTABLE = (0, 1), 2  # regimes of the kernels
-DRAW_COLUMNS = {
-    "omega_squared_reduced",
-    "growth_rate_reduced",
-    "frequency_reduced",
-    "regime",
-    "status",
-}  # columns of a draw that the kernels return
+# columns of a draw that the kernels return
+DRAW_COLUMNS = {"omega_squared_reduced", "growth_rate_reduced", "frequency_reduced", "regime", "status"}
 
 Columns = dict[str, np.ndarray]  # name → values
 
@@ -99,9 +94,8 @@ class _Body:
         """Measure one spin; see `measured`."""
         rates = self._run_tiles(lambda draws: self._measure_rates(self._points(draws, spin)), len(self.normals))
         count, size = self.shape
-        first_draws = np.arange(
-            min(size, 2 ** int(math.log2(max(MAX_FLIP_DRAWS / count, 1))))
-        )  # the first draws of each replicate
+        # the first draws of each replicate
+        first_draws = np.arange(min(size, 2 ** int(math.log2(max(MAX_FLIP_DRAWS / count, 1)))))
         flip_draws = (np.arange(count)[:, None] * size + first_draws).reshape(-1)
         flip_points = self._points(flip_draws, spin)
         nonlinear = self._flips(flip_points, rates["omega_squared_reduced"][flip_draws])

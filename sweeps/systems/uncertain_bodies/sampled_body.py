@@ -18,14 +18,8 @@ from sweeps.systems.uncertain_bodies.possible import ENTRIES
 from sweeps.systems.uncertain_bodies.system import VARIABLES, UncertainBody, UncertainDefinition
 from sweeps.systems.uncertain_bodies.verdict import Odds, make_odds
 
-OPTIONS = (
-    "draws",
-    "seed",
-    "turns",
-    "method",
-    "twist",
-    "axes",
-)  # options of the command line that are keys of a definition
+# options of the command line that are keys of a definition
+OPTIONS = ("draws", "seed", "turns", "method", "twist", "axes")
 
 
 @dataclass(frozen=True)

@@ -18,11 +18,8 @@ from sweeps.systems.presentation.regimes import Regimes
 FULL_COLOR_GROWTH = 1.0  # growth per period with the full colour
 MAX_PANELS = 6  # values of a third parameter that are drawn
 MATRIX_SIZE = 60  # size of the tridiagonal matrices for q = 0
-BOUNDS = (
-    "det_minus_identity",
-    "det_plus_identity",
-    "krein_discriminant",
-)  # positive for stable motions of two degrees of freedom
+# positive for stable motions of two degrees of freedom
+BOUNDS = ("det_minus_identity", "det_plus_identity", "krein_discriminant")
 ROUNDING = 1e-9  # rounding error of these bounds and of the growth
 
 Curves = Sequence[tuple[np.ndarray, np.ndarray]]  # coordinates (x, y) of curves

@@ -187,9 +187,8 @@ def _draw_periods(ax: Axes, periods: list[Period], inches: float) -> None:
     """Draw measured and observed periods as pairs on an axis of days, each with its note in a row of `inches`."""
     all_days = [d for p in periods for d in (p.measured_days, p.observed_days) if np.isfinite(d)]
     width = ax.figure.get_size_inches()[0]
-    margin = max(6.0, (max(all_days) / min(all_days)) ** 0.35) ** (
-        12.0 / width
-    )  # for the numbers next to the outermost markers
+    # for the numbers next to the outermost markers
+    margin = max(6.0, (max(all_days) / min(all_days)) ** 0.35) ** (12.0 / width)
     ax.set(xscale="log", xlim=(min(all_days) / margin, max(all_days) * margin), ylim=(len(periods), 0.0), yticks=[])
     for row, period in enumerate(periods):
         y = row + 0.42 / inches

@@ -30,9 +30,8 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     rows = subset.sizes["body"]
     lines, columns, size = canvas.arrange_panels(3, (3.6, max(3.3, 0.8 + 0.27 * rows)), (1.0, 1.6))
     figure = canvas.make_figure(*size, "How far linear theory holds", _subtitle(ds, total, fits), ax=ax)
-    table_width = 7.4 / max(
-        figure.get_size_inches()[0] - 4.7, 2.0
-    )  # relative to a panel's: the same number of inches in each figure
+    # relative to a panel's: the same number of inches in each figure
+    table_width = 7.4 / max(figure.get_size_inches()[0] - 4.7, 2.0)
     ratios: dict[str, Any] = {"width_ratios": (1.0, 1.0, table_width)} if lines == 1 else {}
     stable_ax, unstable_ax, table = np.ravel(figure.subplots(lines, columns, **ratios))[:3]
     unstable_ax.sharey(stable_ax)

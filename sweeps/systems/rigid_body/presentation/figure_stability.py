@@ -307,9 +307,8 @@ def _draw_boundaries(ax: Axes, lines: Mapping, sides) -> None:
         else:
             diagonals = [diagonal for diagonal in lines.values() if diagonal is not line]
             crossings = [int(np.searchsorted(xs, next(iter(diagonal.values()))[0])) for diagonal in diagonals]
-            end = (
-                176 if all(abs(end - 176) > 40 for end in crossings) else 80
-            )  # near the end, unless another boundary crosses there
+            # near the end, unless another boundary crosses there
+            end = 176 if all(abs(end - 176) > 40 for end in crossings) else 80
             ax.add_artist(_LineLabel(_pair_text(pair), xs[[end - 24, end]], ys[[end - 24, end]]))
 
 
@@ -354,9 +353,8 @@ def _write_inside(ax: Axes, text: str, points: np.ndarray, obstacles: np.ndarray
     half_size = np.array([0.011 * max(map(len, lines)) + 0.012, 0.02 * len(lines) + 0.02])  # half width and height
     frame_distance = np.min(np.minimum(points, 1.0 - points) / half_size, axis=1)
     obstacle_distance = np.max(np.abs(points[:, None] - obstacles[None]) / half_size, axis=2)
-    clearance = np.minimum(
-        frame_distance, obstacle_distance.min(axis=1, initial=np.inf)
-    )  # factor by which the box can grow until it meets the frame or an obstacle
+    # factor by which the box can grow until it meets the frame or an obstacle
+    clearance = np.minimum(frame_distance, obstacle_distance.min(axis=1, initial=np.inf))
     best = int(np.argmax(clearance))
     if clearance[best] >= 1.0:
         props: dict[str, Any] = {
