@@ -205,10 +205,8 @@ def _measure_tiles(points, propagator, run, work, rows, tables):
     reals, counts, kinds = tables
     I1, I2, I3, axis, omega0, epsilon, phase = points
     tile_size = min(I1.size, TILE)
-    T, whole_plan = (
-        np.empty(ROW_LENGTH * (NUM_GATHERED + 1)),
-        [np.empty(tile_size, dtype=np.int64) for _ in PointPlan._fields],
-    )
+    T = np.empty(ROW_LENGTH * (NUM_GATHERED + 1))
+    whole_plan = [np.empty(tile_size, dtype=np.int64) for _ in PointPlan._fields]
     # an odd number of rows: blocks that begin at multiples of half a page would share few lines of the cache
     blocks, at = np.empty((tile_size // W + 1, rows.size | 1, W)), np.empty(tile_size, dtype=np.uint32)
     for low in range(0, I1.size, TILE):

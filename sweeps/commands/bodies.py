@@ -137,20 +137,7 @@ and its coordinates.
   polhode motion pendulum --start theta="170 deg" theta_dot=0.1 --parameter length=2 --duration "10 s" -o pendulum.gif
 """
 WAIT = "computing the motion; the first time on a machine its kernels are compiled"
-OF_BODIES = (
-    "moments",
-    "ratios",
-    "tensor",
-    "mesh",
-    "density",
-    "mass",
-    "omega0",
-    "epsilon",
-    "phase",
-    "axis",
-    "omega",
-    "attitude",
-)
+OF_BODIES = (*parser.BODY_FORMS, "density", "mass", "omega0", "epsilon", "phase", "axis", "omega", "attitude")
 
 
 def add_motion(commands) -> None:

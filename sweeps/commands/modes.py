@@ -44,10 +44,8 @@ def _print_critical_values(args):
     table = printing.table(*varied, args.along, "error", "theory", "kind", "regime", "critical mode", "rad s-1")
     for change in range(changes.sizes["change"]):
         row = {str(name): variable.values.tolist()[change] for name, variable in changes.variables.items()}
-        places, regimes = (
-            [_format_number(row[name]) for name in varied],
-            f"{row['regime_before']} → {row['regime_after']}",
-        )
+        places = [_format_number(row[name]) for name in varied]
+        regimes = f"{row['regime_before']} → {row['regime_after']}"
         values = [_format_number(row[f"critical_value{suffix}"], digits) for suffix, digits in VALUE_DIGITS.items()]
         mode = [str(row["critical_mode"]), _format_number(row["frequency_theory"])]
         table.add_row(*places, *values, row["kind"], regimes, *mode)

@@ -141,6 +141,9 @@ def add_omega(parser: Parser, when: str) -> None:
     parser.add_argument("--omega", nargs=3, type=number, metavar="W", help=text)
 
 
+BODY_FORMS = ("moments", "ratios", "tensor", "mesh", "rotational")  # options that give a body
+
+
 def add_moments(parser: Parser) -> None:
     """Add the options that give the moments of inertia of a body."""
     quantities: dict[str, Any] = {"type": number, "metavar": "X"}
@@ -169,9 +172,7 @@ def body(args: argparse.Namespace) -> str | dict | None:
 
     if args.name and args.mesh is None and Path(args.name).suffix.lower() in SUFFIXES:
         args.name, args.mesh = None, args.name
-    ways = {
-        way: getattr(args, way) for way in ("moments", "ratios", "tensor", "mesh", "rotational") if getattr(args, way)
-    }
+    ways = {way: getattr(args, way) for way in BODY_FORMS if getattr(args, way)}
     if len(ways) + (args.name is not None) > 1:
         allowed = "NAME, --moments, --ratios, --tensor, --mesh or --rotational, one of them"
         raise DefinitionError(f"body: more than one is given; allowed: {allowed}")

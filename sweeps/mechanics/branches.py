@@ -203,10 +203,8 @@ def _pair_stopped_roots(path, old_places, forward_roots, backward_roots, bounds,
     this point; `is_at_rest`: the parameters do not change over the step.
     """
     (forward, old_rows), (backward, new_rows) = forward_roots, backward_roots
-    is_stopped, is_new = (
-        ~forward.is_complete[old_rows],
-        ~backward.is_complete[new_rows] | ~path.is_outside(backward.place[new_rows], bounds),
-    )
+    is_stopped = ~forward.is_complete[old_rows]
+    is_new = ~backward.is_complete[new_rows] | ~path.is_outside(backward.place[new_rows], bounds)
     width = bounds[:, 1] - bounds[:, 0]
     gap = (backward.share[new_rows] - forward.share[old_rows, None]) * (not is_at_rest)
     end_prediction = forward.place[old_rows, None] + forward.speed[old_rows, None] * gap[..., None]

@@ -324,11 +324,9 @@ class EquilibriumSearch:
         search_regions = roots.SearchRegions(*(np.ascontiguousarray(x) for x in (bounds, starts, ranges)))
         capacity, results = 4 * len(bounds) + 1000, [(indices[:0], indices[:0], np.empty((0, 2, 2, self.n)))]
         while progress[0] < len(bounds):
-            before, records, boxes = (
-                progress[0],
-                np.empty((capacity, 2), dtype=np.int64),
-                np.empty((capacity, 2, 2, self.n)),
-            )
+            before = progress[0]
+            records = np.empty((capacity, 2), dtype=np.int64)
+            boxes = np.empty((capacity, 2, 2, self.n))
             boxes_found = roots.Boxes(records, boxes, progress)
             count = roots.search(functions, search_regions, roots.Limits(*limits), boxes_found)
             results.append((records[:count, 0].copy(), records[:count, 1].copy(), boxes[:count].copy()))

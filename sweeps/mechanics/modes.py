@@ -151,10 +151,8 @@ def bounding_terms(landscape, parameters, place, terms, sizes):
     zero_terms = is_zero[:, :, None] & np.eye(place.shape[1], dtype=bool)
     if not rows.size:
         return terms, zero_terms
-    curvature, terms = (
-        _finite_curvature(landscape, [p[rows] for p in parameters], place[rows], sizes[rows].copy()),
-        terms.copy(),
-    )
+    curvature = _finite_curvature(landscape, [p[rows] for p in parameters], place[rows], sizes[rows].copy())
+    terms = terms.copy()
     terms[rows] = np.where(zero_terms[rows], curvature, terms[rows])
     return terms, zero_terms
 

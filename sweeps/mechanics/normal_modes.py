@@ -145,10 +145,8 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
         is_perturbed = perturbation["start"] >= MIN_SHARE
         status[chunk[~is_perturbed]] = statuses.NOT_PERTURBED
         if not is_perturbed.all():
-            chunk, perturbation = (
-                chunk[is_perturbed],
-                {name: values[is_perturbed] for name, values in perturbation.items()},
-            )
+            chunk = chunk[is_perturbed]
+            perturbation = {name: values[is_perturbed] for name, values in perturbation.items()}
         raw[chunk] = _integrate_runs(model, points, theory, chunk, perturbation, sampling)
         status[chunk] = kernel.row_status(raw[chunk], intervals, tolerance, spacing)
     too_wide = (status == statuses.OK) & kernel.is_too_wide(raw, theory["scale"], spacing)

@@ -196,10 +196,8 @@ def is_proved_stable(model, parameters, place, uncertainty, regular=False):
         unit = (steep * sizes[:, None]).sum(2) + (terms * products).sum((2, 3))
         change = matrix_change(lambda at: land.curvatures(parameters, list(at.T))[0], curvatures, place, error)
         errors = (change + slack[:, None, None, None] * terms) * products / unit[:, :, None, None]
-        slopes, curvatures = (
-            slopes * sizes[:, None] / unit[:, :, None],
-            curvatures * products / unit[:, :, None, None],
-        )
+        slopes = slopes * sizes[:, None] / unit[:, :, None]
+        curvatures = curvatures * products / unit[:, :, None, None]
     is_finite = np.isfinite(slopes).all((1, 2)) & np.isfinite(curvatures + errors).all((1, 2, 3))
     is_proved[rows[is_finite]] = _has_definite_combination(
         *(values[is_finite] for values in (slopes, curvatures, errors, slack)), regular
@@ -283,10 +281,8 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
     status[is_ok & ~is_finite] = causes[is_ok & ~is_finite]
     rows = np.flatnonzero(is_finite)
     block = 8 * W * kernel.count_rows(runs, quantities, model.n, intervals)
-    size, measure = (
-        min(MAX_CHUNK_POINTS, W * max(1, CHUNK_BYTES // block)),
-        partial(kernel.measure_points, sampling=sampling),
-    )
+    size = min(MAX_CHUNK_POINTS, W * max(1, CHUNK_BYTES // block))
+    measure = partial(kernel.measure_points, sampling=sampling)
     for start in range(0, rows.size, size):
         chunk = rows[start : start + size]
         raw[chunk] = integrate_runs(model, points, theory, chunk, runs, measure)

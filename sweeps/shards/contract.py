@@ -17,10 +17,8 @@ CONVENTIONS = "CF-1.11"
 
 def coordinates(sweep: "Sweep") -> "dict[str, tuple[tuple[str, ...], np.ndarray | OnDemand, dict]]":
     """Return name → (dimensions, values, CF attributes) of each coordinate of a map, the dimensions first."""
-    grid, table = (
-        sweep.grid,
-        {POINT.name: POINT, POINT_NAME.name: POINT_NAME} | sweep.system.coordinates(sweep.definition),
-    )
+    grid = sweep.grid
+    table = {POINT.name: POINT, POINT_NAME.name: POINT_NAME} | sweep.system.coordinates(sweep.definition)
     variables = {dim: ((dim,), values) for dim, values in grid.coordinates.items()}
     for name, (dims, values) in grid.auxiliary.items():
         is_right = values.dtype.kind == "U" or values.dtype == np.dtype(table[name].dtype)

@@ -127,10 +127,8 @@ class OscillatorDefinition(Definition):
             allowed = f"{len(self.moving_names)}, of {', '.join(self.moving_names)}"
             raise refusals([Problem(("integration", "direction"), display(direction), reason, allowed)])
         if self.integration.degenerate and len(self.moving_names) != 1:
-            reason, allowed = (
-                f"is given for {len(self.moving_names)} coordinates",
-                "false, or a system of one coordinate",
-            )
+            reason = f"is given for {len(self.moving_names)} coordinates"
+            allowed = "false, or a system of one coordinate"
             raise refusals([Problem(("integration", "degenerate"), "true", reason, allowed)])
         return self
 

@@ -135,11 +135,9 @@ def turn_by_scipy(point: Mapping[str, float], integration: Once) -> float:
     from scipy.integrate import solve_ivp
 
     moments, omega = SYSTEM.start({**point, "omega0": 1.0})
-    c, L, duration = (
-        euler_coefficients(moments),
-        float(np.linalg.norm(moments * omega)),
-        2.1 * math.pi * moments[2] / moments[1],
-    )
+    c = euler_coefficients(moments)
+    L = float(np.linalg.norm(moments * omega))
+    duration = 2.1 * math.pi * moments[2] / moments[1]
     if not omega[1:].any():
         return math.nan
 

@@ -33,10 +33,8 @@ def draw(ds: xr.Dataset, appearance: Appearance, ax: Axes | None = None) -> Figu
     for order, k in enumerate(spaced_indices(len(combinations), MAX_SERIES)):
         series = subset.isel(dict(zip(free_dims, combinations[k], strict=True)))
         size = np.maximum(1.0, np.abs(series["trace_theory"].values))
-        deviation, error = (
-            abs(series["trace"] - series["trace_theory"]).values / size,
-            series["trace_error"].values / size,
-        )
+        deviation = abs(series["trace"] - series["trace_theory"]).values / size
+        error = series["trace_error"].values / size
         slope, _, _ = power_law(epsilon, deviation, deviation_floor(epsilon, deviation, MIN_DRAWN * size))
         label = [f"{appearance.symbol(name)} = {wording.format_number(float(series[name]), 3)}" for name in free_dims]
         label += [appearance.words(REGIMES[1 + int(series["regime_theory"][0])])]

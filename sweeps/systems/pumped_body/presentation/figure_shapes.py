@@ -68,11 +68,9 @@ def mathieu(axis: int, panel: xr.Dataset, x: str, depth: str) -> tuple[str, Curv
         return None
     Ii, Ij, Ik, spin = (float(panel[name]) for name in (f"I{i}", f"I{j}", f"I{axis}", "omega0"))
     scale, mean = 4.0 * (spin * Ik) ** 2 * (1.0 / Ii - 1.0 / Ik), 1.0 / Ij - 1.0 / Ik
-    sparse_q, dense_q, (low, high) = (
-        np.geomspace(1e-3, 1e3, 300),
-        np.geomspace(1e-3, 1e3, 20_000),
-        side_ends(panel, depth),
-    )
+    sparse_q = np.geomspace(1e-3, 1e3, 300)
+    dense_q = np.geomspace(1e-3, 1e3, 20_000)
+    low, high = side_ends(panel, depth)
     values, curves = CubicSpline(np.log(sparse_q), characteristic_values(sparse_q), axis=1)(np.log(dense_q)), []
     for q, a in ((q, a) for q in (dense_q, -dense_q) for a in values):
         with np.errstate(invalid="ignore", divide="ignore"):

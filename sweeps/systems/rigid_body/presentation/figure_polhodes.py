@@ -207,10 +207,8 @@ def _draw_curve(ax: Axes, scene: Scene, kind: str, curve: np.ndarray) -> None:
 def _draw_arrow_head(ax: Axes, right: np.ndarray, up: np.ndarray, index: int, color: str, size: float) -> None:
     """Draw an arrow's head on a curve, in the direction of motion."""
     next_index = (index + 1) % (len(right) - 1)
-    middle, direction = (
-        np.array([right[index], up[index]]),
-        np.array([right[next_index] - right[index], up[next_index] - up[index]]),
-    )
+    middle = np.array([right[index], up[index]])
+    direction = np.array([right[next_index] - right[index], up[next_index] - up[index]])
     direction *= size / np.hypot(*direction)
     across = 0.36 * np.array([-direction[1], direction[0]])
     corners = [middle + 0.5 * direction, middle - 0.5 * direction + across, middle - 0.5 * direction - across]
@@ -255,10 +253,8 @@ def _draw_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
     line: dict[str, Any] = {"color": colors.INK, "solid_capstyle": "butt"}
     for i, axis in enumerate(scene.axes):
         direction, end = scene.view[:2, i], scene.semi[i]
-        to_outline, extra_length = (
-            1.0 / np.sqrt(direction @ scene.shadow @ direction),
-            REACH * scene.size / np.hypot(*direction),
-        )
+        to_outline = 1.0 / np.sqrt(direction @ scene.shadow @ direction)
+        extra_length = REACH * scene.size / np.hypot(*direction)
         ax.plot(*np.outer(direction, [-to_outline - 0.5 * extra_length, -end]), lw=0.9, zorder=0, **line)
         ax.plot(*np.outer(direction, [-end, end]), lw=0.6, alpha=0.3, ls=(0, (4, 3)), zorder=2, **line)
         arrow = {"arrowstyle": "-|>", "lw": 1.1, "shrinkA": 0, "shrinkB": 0, "color": colors.INK}
@@ -274,10 +270,8 @@ def _label_axis(ax: Axes, tip: np.ndarray, direction: np.ndarray, text: str, is_
     if abs(direction[0]) < 0.3 * abs(direction[1]):
         alignment, offset = {"ha": "left", "va": "center"}, (7, -2)
     elif is_tall:
-        alignment, offset = (
-            {"ha": "left" if direction[0] > 0 else "right", "va": "center"},
-            (5 * np.sign(direction[0]), -4),
-        )
+        alignment = {"ha": "left" if direction[0] > 0 else "right", "va": "center"}
+        offset = (5 * np.sign(direction[0]), -4)
     else:
         alignment, offset = {"ha": "center", "va": "top"}, (0, -5)
     props = {"fontsize": 9, "linespacing": 1.35, "zorder": 8, "path_effects": marks.halo(2.0)}

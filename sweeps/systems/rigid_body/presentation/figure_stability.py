@@ -255,10 +255,8 @@ def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], thi
     Returns:
         Points of the frame that are covered by text, as fractions of the frame.
     """
-    side_indices, (third_index,) = (
-        [MOMENTS.index(name) for name in sides],
-        {0, 1, 2} - {MOMENTS.index(name) for name in sides},
-    )
+    side_indices = [MOMENTS.index(name) for name in sides]
+    (third_index,) = {0, 1, 2} - {MOMENTS.index(name) for name in sides}
     text_points = []
     for name, ratios, *_ in real_bodies("bodies.yaml"):
         xy = [third * ratios[k] / ratios[third_index] for k in side_indices]
