@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
 from sweeps import systems
 from sweeps.points import scattered
@@ -19,7 +19,6 @@ from sweeps.schema import DEFAULT_SYSTEM
 from sweeps.schema.definition import DEFAULT_NAME, NAME_PATTERN, Definition
 from sweeps.schema.refusals import (
     DefinitionError,
-    Problem,
     RefusedError,
     UnreadableError,
     cut_text,
@@ -27,19 +26,10 @@ from sweeps.schema.refusals import (
     display,
     hint,
     message,
-    name_entries,
-    validation_problems,
+    validate,
 )
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-
-
-class _InvalidError(Exception):
-    """Carries the problems of a definition's values."""
-
-    def __init__(self, problems: list[Problem]):
-        super().__init__(len(problems))
-        self.problems = problems
 
 
 def read_sweep(source: str | Path | Mapping, name: str | None = None, *, check: bool = True, folder: str = "") -> Sweep:
@@ -62,11 +52,9 @@ def read_sweep(source: str | Path | Mapping, name: str | None = None, *, check: 
     try:
         name = _sweep_name(source) if name is None else _checked_name(name)
         folder = os.path.dirname(label) if isinstance(source, str | Path) else folder
-        sweep = _validate_sweep(*_text_and_values(source), name, os.path.abspath(folder))
+        sweep = _validate_sweep(*_text_and_values(source), name, os.path.abspath(folder), label)
     except UnreadableError as unreadable:
         raise DefinitionError(message(label, [unreadable.problem])) from None
-    except _InvalidError as invalid:
-        raise DefinitionError(message(label, invalid.problems)) from None
     if check:
         sweep.system.check(sweep.definition, sweep.grid)
     return sweep
@@ -104,18 +92,14 @@ def _text_and_values(source: Any) -> tuple[str | None, dict]:
     return text, values
 
 
-def _validate_sweep(text: str | None, values: dict, name: str, folder: str) -> Sweep:
-    """Return the sweep of a definition's values, validated by the model of its system."""
+def _validate_sweep(text: str | None, values: dict, name: str, folder: str, label: str = "definition") -> Sweep:
+    """Return the sweep of a definition's values, validated by the model of its system; a label begins refusals."""
     # Another system has different keys in its grid: to list them as unknown would mislead.
     system = _resolve_system(values.get("system", DEFAULT_SYSTEM), folder)
     if (reads := _variant_system(system, values)) is not None:
         system, values = _resolve_system(reads, folder), {**values, "system": reads}
-    model = system.model
-    try:
-        full_values, table = scattered.complete_values(values, model, folder)
-        definition = model.model_validate({"title": name, **full_values}, context={"folder": folder})
-    except ValidationError as error:
-        raise _InvalidError(name_entries(validation_problems(error, model), values)) from None
+    full_values, table = scattered.complete_values(values, system.model, folder)
+    definition = validate(system.model, {"title": name, **full_values}, label, folder=folder)
     definition.keep_source(as_yaml(values) if text is None else text, name, folder, table, _from_text)
     return build_sweep(definition, system)
 

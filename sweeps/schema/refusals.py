@@ -214,18 +214,18 @@ def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> li
 
 
 def validate(model: "type[ModelOf]", values: Any, label: str, **context: Any) -> "ModelOf":
-    """Return a model of some values; refuse invalid ones, in messages that begin with a label."""
+    """Return a model of some values; refuse invalid ones, in messages that begin with a label.
+
+    Paths have the names of entries in lists of several: bodies[17] (Moon).tensor.
+    """
     from pydantic import ValidationError
 
     try:
         return model.model_validate(values, context=context)
     except ValidationError as error:
-        raise DefinitionError(message(label, validation_problems(error, model))) from None
-
-
-def name_entries(problems: list[Problem], values: Mapping) -> list[Problem]:
-    """Return problems with the names of entries in their paths, in lists of several: bodies[17] (Moon).tensor."""
-    return [replace(problem, where=_named_path(problem.where, values)) for problem in problems]
+        problems = validation_problems(error, model)
+        problems = [replace(problem, where=_named_path(problem.where, values)) for problem in problems]
+        raise DefinitionError(message(label, problems)) from None
 
 
 def _named_path(where: tuple, values: Mapping) -> tuple:
