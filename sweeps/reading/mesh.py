@@ -22,7 +22,7 @@ MAX_MESH_BYTES = 2**28
 SECONDS_PER_BYTE = 2.0**-21  # processor seconds per byte, in addition to `sandbox.MAX_SECONDS`
 MEMORY_FACTOR = 12  # bytes of memory per byte of the file, in addition to `sandbox.MAX_BYTES`
 MAX_COORDINATE = 1e30  # bound on coordinates, so that products of five do not overflow
-ALLOWED = f"a readable {', '.join(s[1:].upper() for s in SUFFIXES)} file of triangles"
+ALLOWED = f"a readable {', '.join(suffix[1:].upper() for suffix in SUFFIXES)} file of triangles"
 
 
 class MeshError(RefusedError):
@@ -70,13 +70,13 @@ def _read_open_file(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
     except sandbox.ChildError:
         reason, arrays = b"it is damaged, or takes too much time or memory", []
     if not arrays:
-        reason = "".join(c if c.isprintable() else " " for c in reason.decode("utf-8", "replace")[:100])
-        raise MeshError(f"cannot be read as a mesh ({reason})")
+        text = "".join(sign if sign.isprintable() else " " for sign in reason.decode("utf-8", "replace")[:100])
+        raise MeshError(f"cannot be read as a mesh ({text})")
     vertices = np.frombuffer(arrays[0], "f8").reshape(-1, 3).copy()
     faces = np.frombuffer(arrays[1], "i8").reshape(-1, 3).copy()
     if len(faces) < 4 or not np.abs(vertices).max() <= MAX_COORDINATE:  # NaN is not
-        reason = f"fewer than four triangles, or points that are no numbers or beyond {MAX_COORDINATE:g}"
-        raise MeshError(f"holds no body: {reason}")
+        problem = f"fewer than four triangles, or points that are no numbers or beyond {MAX_COORDINATE:g}"
+        raise MeshError(f"holds no body: {problem}")
     return vertices, faces, digest
 
 
@@ -97,7 +97,7 @@ def _parse_mesh(file: FileBytes):
                 mesh = trimesh.load_mesh(file, file_type=kind[1:], skip_materials=True, process=False)
                 vertices, faces = np.array(mesh.vertices, "f8"), np.array(mesh.faces, "i8")
                 if kind == ".dae":  # which states its unit of length
-                    vertices *= trimesh.units.unit_conversion(mesh.units, "meters")
+                    vertices *= trimesh.units.unit_conversion(mesh.units or "", "meters")
             vertices, faces = _join_equal(vertices, faces)
         return [b"", vertices.tobytes(), faces.tobytes()]
     except MemoryError:

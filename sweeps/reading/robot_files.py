@@ -19,7 +19,7 @@ from contextlib import suppress
 from functools import partial
 from itertools import product
 from pathlib import Path, PurePosixPath
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
@@ -66,16 +66,13 @@ def read_links(path: str | Path, name: str | None = None) -> list[Link]:
             raise UnreadableError(("(file)",), "", "has macros of xacro", XACRO)
         if root.find(".//include") is not None:
             raise UnreadableError(("include",), "", "names another file", "one file with all links")
-        read = _read_link
-        if root.tag == "mujoco":
-            read = _read_body
-            _set_defaults(root)
-        links = _inertial_links(root)
+        links, read = _inertial_links(root), _read_body if root.tag == "mujoco" else _read_link
+        _set_defaults(root)
         if root.tag not in ("robot", "sdf", "mujoco") or not links:
             raise UnreadableError((root.tag,), "", "has no link with an inertial element", FORMATS)
         if name is not None:
-            name = match_name(name, [each for each, _ in links], str(path), DefinitionError)
-        return [read(each, element, root, Path(path)) for each, element in links if name in (None, each)]
+            name = match_name(name, [link_name for link_name, element in links], str(path), DefinitionError)
+        return [read(*link, root, Path(path)) for link in links if name in (None, link[0])]
     except UnreadableError as error:
         raise DefinitionError(message(str(path), [error.problem])) from None
     except DefinitionError:
@@ -86,7 +83,7 @@ def read_links(path: str | Path, name: str | None = None) -> list[Link]:
 
 def _read_xml(path: str | Path) -> Element:
     """Return the root of an XML file, parsed in a child process."""
-    answer, builder = {"refused": "is too large, or takes too much time"}, TreeBuilder()
+    answer: dict[str, Any] = {"refused": "is too large, or takes too much time"}
     try:
         with FileBytes(path) as file:
             if file.size <= MAX_ROBOT_BYTES:
@@ -95,6 +92,7 @@ def _read_xml(path: str | Path) -> Element:
         answer = {"refused": getattr(error, "strerror", None) or str(error)}
     if "refused" in answer:
         raise UnreadableError(("(file)",), "", answer["refused"], FORMATS)
+    builder = TreeBuilder()
     for method, *arguments in answer["calls"]:
         getattr(builder, method)(*arguments)
     return builder.close()
@@ -163,7 +161,8 @@ def _box(kind: str, sizes: Sequence[float], pose: Pose) -> np.ndarray:
 
 def _read_link(name: str, link: Element, root: Element, path: Path) -> Link:
     """Return a link of a URDF or SDF file; in SDF a mass left out is 1 kg, and a moment 1 kg m2."""
-    inertial, is_sdf = link.find("inertial"), root.tag == "sdf"
+    inertial: Any = link.find("inertial")
+    is_sdf = root.tag == "sdf"
     default, moments = "1" if is_sdf else "0", inertial.find("inertia")
     entries = [_numbers(moments, entry, default if entry[1] == entry[2] else "0", name)[0] for entry in ENTRIES]
     mass = _numbers(inertial, "mass", default, name) if is_sdf else _numbers(inertial.find("mass"), "value", "0", name)
@@ -223,7 +222,8 @@ def _pose(element: Element, name: str) -> Pose:
 
 def _read_body(name: str, body: Element, root: Element, path: Path) -> Link:
     """Return a body of an MJCF file."""
-    inertial, compiler = body.find("inertial"), root.find("compiler")
+    inertial: Any = body.find("inertial")
+    compiler = root.find("compiler")
     settings = {} if compiler is None else compiler.attrib
     moments = _numbers(inertial, "diaginertia", "0 0 0", name)
     values = _numbers(inertial, "fullinertia", " ".join(map(repr, [*moments, 0, 0, 0])), name)
@@ -234,7 +234,8 @@ def _read_body(name: str, body: Element, root: Element, path: Path) -> Link:
 
 def _set_defaults(root: Element) -> None:
     """Give each geom of an MJCF file what it leaves to its class, or to the class of the bodies around it."""
-    classes, defaults = {root: "main"}, {}  # element → class of the geoms in it; class → attributes of its geoms
+    classes = {root: "main"}  # element → class of the geoms in it
+    defaults: dict[str, dict[str, str]] = {}  # class → attributes of its geoms
     for element in root.iter():
         for child in element:
             classes[child] = child.get("class" if child.tag == "default" else "childclass", classes[element])

@@ -138,9 +138,8 @@ class Body(Strict):
         moments = [name for name in MOMENTS if getattr(self, name) is not None]
         alternatives = [name for name in FORMS_OF_BODY if getattr(self, name) is not None]
         if alternatives:
-            conflicts = [
-                (n, display(getattr(self, n)), f"is given beside {alternatives[0]}") for n in moments + alternatives[1:]
-            ]
+            reason = f"is given beside {alternatives[0]}"
+            conflicts = [(name, display(getattr(self, name)), reason) for name in moments + alternatives[1:]]
         else:
             conflicts = [(name, "", "is missing") for name in MOMENTS if name not in moments]
         if conflicts:
@@ -249,8 +248,8 @@ class BodiesDefinition(Definition):
     @model_validator(mode="after")
     def _check_bodies(self) -> "BodiesDefinition":
         """Refuse moments in the grid beside bodies, and shared values that are given twice or not at all."""
-        problems = [p for name in MOMENTS for p in self._moment_problems(name)]
-        problems += [p for name in self.shareable for p in self._shared_problems(name)]
+        problems = [problem for name in MOMENTS for problem in self._moment_problems(name)]
+        problems += [problem for name in self.shareable for problem in self._shared_problems(name)]
         if problems:
             raise refusals(problems)
         return self

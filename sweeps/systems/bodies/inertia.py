@@ -254,11 +254,10 @@ def _unit_doubts(extents: np.ndarray, density: float | None, scale: float) -> tu
     """Return a note if lengths may be in another unit, by the density (kg m-3) from a mass, or by size."""
     longest = float(np.max(extents))
     if density is not None and not DENSITIES[0] <= density <= DENSITIES[1]:
-        fitting_units = [
-            n for n in LIKELY_UNITS if BUILT_DENSITIES[0] <= density * (scale / UNITS[n]) ** 3 <= BUILT_DENSITIES[1]
-        ]
+        low, high = BUILT_DENSITIES
+        units = [unit for unit in LIKELY_UNITS if low <= density * (scale / UNITS[unit]) ** 3 <= high]
         return (
-            f"its density is {density:.3g} kg/m³" + "".join(f": is it in {n} (--unit {n})?" for n in fitting_units[:1]),
+            f"its density is {density:.3g} kg/m³" + (f": is it in {units[0]} (--unit {units[0]})?" if units else ""),
         )
     if longest > MAX_LENGTH and scale == 1.0:
         return (f"it is {longest:.4g} m long: is it in mm (--unit mm)?",)

@@ -87,8 +87,8 @@ def orient(
     to_invert = (final_signs < 0) & (depth % 2 == 0)
     factors = np.where(to_invert, -1, 1) * (-1 if is_inside_out else 1)
     excess = [_false_lengths(crossings, factors) for crossings in casts]
-    volume = float(np.mean([(lengths * c.area).sum() for lengths, c in zip(excess, casts, strict=True)]))
-    worst = max(range(len(casts)), key=lambda k: excess[k].sum())
+    totals = [lengths.sum() for lengths in excess]
+    volume, worst = float(np.mean([cast.area for cast in casts] * np.array(totals))), int(np.argmax(totals))
     return factors < 0, Overlap(volume, _overlapping(casts[worst], excess[worst], factors) if volume else ())
 
 
@@ -211,10 +211,10 @@ def _overlapping(crossings: Crossings, lengths: np.ndarray, factors: np.ndarray)
             rise = int(crossings.rise[k] * factors[surface])
             windings[surface], total = windings.get(surface, 0) + rise, total + rise
             if lengths[k] > 0:
-                present = [s for s, w in windings.items() if w and (w > 0) == (total > 0)]
+                present = [each for each, winding in windings.items() if winding and (winding > 0) == (total > 0)]
                 if total < 0 and len(present) == 1:  # a hollow reaches out of the surface that is crossed next to it
                     near = [*crossings.surface[first:k][::-1], *crossings.surface[k:end]]
-                    present += [int(s) for s in near if s != present[0]][:1]
+                    present += [int(each) for each in near if each != present[0]][:1]
                 pair = tuple(sorted(present[-2:]))
                 amounts[pair] = amounts.get(pair, 0.0) + float(lengths[k])
     return max(amounts, key=amounts.get)
