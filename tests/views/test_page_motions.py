@@ -137,6 +137,38 @@ def test_a_shaken_pendulum_moves_as_scipy_has_it(visit, pages):
     assert "stay bounded" in tab.page.locator("#say").inner_text()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("shape", "moments"),
+    [
+        ({"a_over_b": [1.2, 1.3], "b_over_c": 1.25}, [(1 + 0.64) / 2.69, (1.69 + 0.64) / 2.69, 1.0]),
+        ({"k1": [0.3, 0.5], "k3": 0.2}, [0.5 / 0.9, 0.8 / 0.9, 1.0]),
+        ({"I1": [1.0, 2.0], "I2": 2.5, "I3": 4.0}, [0.5, 0.625, 1.0]),
+    ],
+)
+def test_a_body_moves_on_its_orbit_as_scipy_has_it(shape, moments, visit, pages):
+    """Euler's equations with the torque of a point mass, in quaternions, from the map's reference motion and a tilt."""
+    ds = sweeps.survey({"system": "orbit", "grid": {**shape, "eccentricity": [0.05, 0.1]}})
+    report.write_report(ds, pages / "orbit.html")
+    name, values = next(iter(shape.items()))
+    page = visit(pages / "orbit.html", f"#{name}={values[1]}&eccentricity=0.1&plane=out_of_plane").page
+    shown, states = page.evaluate("[polhode.orbiting.moments, polhode.orbiting.states]")
+    np.testing.assert_allclose(shown, moments, rtol=1e-14)  # a rounding or two
+    point = ds.squeeze().sel({name: values[1], "eccentricity": 0.1, "plane": "out_of_plane"})
+    np.testing.assert_allclose(states[0][6], 1.1**2 * (1 + float(point.rate_start)), rtol=1e-4)  # cosine of the tilt
+    assert np.hypot(*states[0][1:3]) == pytest.approx(0.5e-2 * math.hypot(1, 0.6), rel=1e-4)  # half of the tilt, rad
+
+    def rates(anomaly, state):
+        q, w, radius = state[:4], state[4:], 1.0 + 0.1 * math.cos(anomaly)
+        u = Rotation.from_quat(np.roll(q, -1)).inv().apply([math.cos(anomaly), math.sin(anomaly), 0.0])
+        torque = np.cross(moments * w, w) + 3.0 * radius**3 * np.cross(u, moments * u)
+        vector = 0.5 * (q[0] * w + np.cross(q[1:], w))
+        return np.concatenate([[-0.5 * q[1:] @ w], vector, torque / moments]) / radius**2
+
+    end = solve_ivp(rates, (0.0, 4 * math.pi), states[0], "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    np.testing.assert_allclose(states[480], end, atol=1e-6)  # the page's tolerance, grown over two orbits
+
+
 def test_a_growing_motion_starts_along_its_floquet_vector(visit, pages):
     """x'' + (a - 2 q cos 2t) x = 0 in the first tongue: each period of π multiplies the motion by one multiplier."""
     report.write_report(

@@ -1,6 +1,7 @@
 """Presentation of bodies on orbits."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
@@ -8,9 +9,10 @@ from kernels.flow.codes import INVARIANTS, REGIMES
 from sweeps.figure import wording
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.datasets import Dataset
+from sweeps.systems.bodies.presentation import turning
 from sweeps.systems.orbit.system import CAVEATS
 from sweeps.systems.periodic.presentation import COMPARED, MARKS
-from sweeps.systems.presentation import Animations, Drawings, Page, Presentation
+from sweeps.systems.presentation import Animations, Drawings, Page, Presentation, moving
 from sweeps.systems.presentation.appearance import Appearance, Symbol
 
 APPEARANCE = Appearance(
@@ -25,6 +27,7 @@ APPEARANCE = Appearance(
         "epsilon": Symbol(r"$\varepsilon$", "ε"),
     },
 )
+_PAGE = Path(__file__).parent / "page"
 CENTRE_KEYS = ("a_over_b", "b_over_c")  # shape parameters with a probability
 GROWING = [REGIMES.index(name) - 1 for name in ("unstable", "period_doubling", "flutter")]
 
@@ -34,7 +37,12 @@ class OrbitPresentation(Presentation):
 
     appearance = APPEARANCE
     compared = COMPARED
-    base_page = Page(question="Does a body on its orbit keep its attitude, and if not, how fast does it lose it?")
+    plane_variable = ("regime", ())
+    base_page = Page(
+        (_PAGE / "motion.html", *turning.BODY_FILES, moving.INTEGRATION, _PAGE / "part.js"),
+        "Does a body on its orbit keep its attitude, and if not, how fast does it lose it?",
+        facts=turning.FACTS,
+    )
 
     def figures(self, ds: Dataset) -> Drawings:
         """Return the regimes over two parameters, for each plane and radial axis, with the boundary by theory."""
@@ -43,6 +51,9 @@ class OrbitPresentation(Presentation):
         from sweeps.systems.periodic.presentation import figure_tongues
 
         drawings = {}
+        if "amplitude" in ds.dims:
+            degrees = np.degrees(ds["amplitude"].values)
+            ds = ds.assign_coords(amplitude=("amplitude", degrees, ds["amplitude"].attrs | {"units": "°"}))
         for plane, at, name in self._cuts(ds):
             invariants = [f"{name}{end}" for name in INVARIANTS for end in ("", "_theory", "_error")]
             cut = ds.drop_vars(invariants) if plane == "in_plane" else ds

@@ -11,6 +11,7 @@ from scipy.linalg import eigvalsh_tridiagonal
 
 from kernels.flow.codes import REGIMES
 from sweeps.figure import axis_scales, canvas, colors, wording
+from sweeps.reading.definitions import definition_of
 from sweeps.systems.presentation import longest_parameters, planes
 from sweeps.systems.presentation.appearance import Appearance
 from sweeps.systems.presentation.regimes import Regimes
@@ -43,12 +44,13 @@ def draw(
     Returns:
         The figure; None if fewer than two parameters vary, or if it had a single colour.
     """
-    subset = ds[["regime", "growth_per_period", "status", *_margins(ds)]].sel(at)
+    growth_name = "growth_per_orbit" if "growth_per_orbit" in ds else "growth_per_period"
+    subset = ds[["regime", growth_name, "status", *_margins(ds)]].sel(at)
     x, y, third = longest_parameters(subset["regime"], ())
     if y is None:
         return None
     subset = subset.isel(planes.cut_indices(subset["regime"], (x, y), (third,))).load()
-    if np.unique(subset["regime"]).size == 1 and not (subset["growth_per_period"] > 0.0).any():
+    if np.unique(subset["regime"]).size == 1 and not (subset[growth_name] > 0.0).any():
         return None
     values = subset[third].values[:MAX_PANELS] if third else [None]
     figure, axes = canvas.make_panels(len(values), (4.2, 3.4), ds.attrs.get("title", ""), subtitle, ax)
@@ -58,7 +60,7 @@ def draw(
         if third:
             panel_ax.set_title(wording.format_coordinate(ds, third, value), loc="left")
         rows = panel.transpose(y, x, ...)
-        regime, growth, status = (rows[n].values for n in ("regime", "growth_per_period", "status"))
+        regime, growth, status = (rows[n].values for n in ("regime", growth_name, "status"))
         edges = (axis_scales.cell_edges(panel[name].values) for name in (x, y))
         regimes.paint(panel_ax, *edges, regime, np.maximum(growth, 0.0), status)
         label, pairs = (curves(panel, x, y) if curves else None) or ("", ())
@@ -69,13 +71,23 @@ def draw(
             panel_ax.plot(*pair, dashes, gid="law", label="" if order else label, color=colors.INK, linewidth=1.0)
         planes.label_axes(panel_ax, panel, x, y, appearance.symbols)
         panel_ax.set(xlim=side_ends(panel, x), ylim=side_ends(panel, y))
-    regimes.explain(figure, axes, "growth per period")
+        _mark_start(panel_ax, panel, x, y, appearance.symbols)
+    regimes.explain(figure, axes, growth_name.replace("_", " "))
     return figure
 
 
 def side_ends(panel: xr.Dataset, name: str) -> np.ndarray:
     """Return both ends of a panel's side, along parameter `name`."""
     return axis_scales.cell_edges(panel[name].values)[[0, -1]]
+
+
+def _mark_start(ax: Axes, panel: xr.Dataset, x: str, y: str, symbols: Mapping) -> None:
+    """Draw a ring at the point at which the page starts, if the definition names it."""
+    start = definition_of(panel.attrs).get("start_at") or {}
+    if {x, y} <= {*start}:
+        words = ", ".join(wording.format_coordinate(panel, name, start[name], symbols) for name in (x, y))
+        style = {"markeredgecolor": colors.INK, "markerfacecolor": "none", "markersize": 8, "linestyle": "none"}
+        ax.plot(start[x], start[y], "o", label=words, gid="start", **style)
 
 
 def _margins(ds: xr.Dataset) -> list[str]:
@@ -88,13 +100,18 @@ def _draw_boundary(ax: Axes, panel: xr.Dataset, x: str, y: str) -> None:
     """Draw the boundary at which linear theory's multipliers leave the unit circle."""
     growth, trace = (panel[name].values for name in ("growth_per_period_theory", "trace_theory"))
     if np.nanmin(growth, initial=0.0) < -1e-9:
-        margin = -growth
+        bounds = np.array([-growth])
     elif len(_margins(panel)) == 2:
-        margin = 2.0 - np.abs(trace)
+        bounds = np.array([2.0 - np.abs(trace)])
     else:
-        margin = np.min([4.0 - np.abs(trace), *(panel[f"{name}_theory"].values for name in BOUNDS)], axis=0)
-    margin = np.where(np.abs(margin) < ROUNDING, ROUNDING, margin)
-    planes.boundary(ax, panel[x].values, panel[y].values, margin, 0.0, THEORY, 1.0, halo=0.0)
+        bounds = np.array([4.0 - np.abs(trace), *(panel[f"{name}_theory"].values for name in BOUNDS)])
+    bounds = np.where(np.abs(bounds) < ROUNDING, ROUNDING, bounds)
+    margins = np.sign(bounds) * np.arcsinh(0.5 * np.sqrt(np.abs(bounds))) ** 2  # near the square of a rate: smooth
+    for number, margin in enumerate(margins):  # each line separates stable points from others
+        others = np.delete(bounds, number, axis=0).min(axis=0, initial=np.inf)
+        values = np.where((margin > 0.0) & (others < 0.0), np.nan, margin)
+        label = "" if THEORY in ax.get_legend_handles_labels()[1] else THEORY
+        planes.boundary(ax, panel[x].values, panel[y].values, values, 0.0, label, 1.0, halo=0.0)
 
 
 def mathieu_curves(panel: xr.Dataset, x: str, y: str) -> tuple[str, Curves] | None:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _FOLDER = Path(__file__).parent
 _NAMES = ("first.html", "mechanism.css", "integrated.js", "mode.js", "mechanism.js")
+INTEGRATION = _FOLDER / "integrated.js"
 FILES = (DRAWING, *(_FOLDER / name for name in _NAMES))
 
 
