@@ -61,15 +61,15 @@ def integrate_monodromy(
     """
     from scipy.integrate import solve_ivp
 
-    m = len(start)
+    count = len(start)
 
     def all_rates(time, values):
         """Return the derivatives of the state and of its perturbations."""
-        x = values[:m]
-        return np.concatenate([rates(time, x), (slopes(time, x) @ values[m:].reshape(matrix.shape)).ravel()])
+        state, perturbations = values[:count], values[count:].reshape(matrix.shape)
+        return np.concatenate([rates(time, state), (slopes(time, state) @ perturbations).ravel()])
 
     end = solve_ivp(all_rates, times, np.concatenate([start, matrix.ravel()]), "DOP853", **DOP853_TOLERANCES).y[:, -1]
-    return end[:m], end[m:].reshape(matrix.shape)
+    return end[:count], end[count:].reshape(matrix.shape)
 
 
 def sample_spacing(bound: float, samples_per_rotation: int) -> float:

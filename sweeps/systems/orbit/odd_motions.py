@@ -47,8 +47,8 @@ def find_odd_motions(model: Model, arguments: dict[str, np.ndarray]) -> tuple[np
         """Return x(π) of motions with x'(0) = `rate`, shape (…,), of points with these indices."""
         rates, points = rate.ravel(), np.broadcast_to(point, rate.shape).ravel()
         start, times = np.column_stack([0.0 * rates, rates]), np.tile([0.0, np.pi], (rates.size, 1))
-        values = [p[points] for p in parameters]
-        states, _ = motions.integrate_in_steps(model.moving, values, start, times, ANGLE_TOLERANCE)
+        values = [column[points] for column in parameters]
+        states = motions.integrate_in_steps(model.moving, values, start, times, ANGLE_TOLERANCE)[0]
         return states[:, 1, 0].reshape(rate.shape)
 
     def brackets(point, low, high, count, is_first=True):
@@ -58,13 +58,13 @@ def find_odd_motions(model: Model, arguments: dict[str, np.ndarray]) -> tuple[np
             chunk = slice(first, first + size)
             rates = np.linspace(low[chunk], high[chunk], count + 1, axis=1)
             angles = apocentre_angle(rates, point[chunk, None])
-            row, k = np.nonzero((angles[:, :-1] * angles[:, 1:] < 0.0) | (angles[:, :-1] == 0.0))
-            yield np.array([point[chunk][row], rates[row, k], rates[row, k + 1]])
+            row, cell = np.nonzero((angles[:, :-1] * angles[:, 1:] < 0.0) | (angles[:, :-1] == 0.0))
+            yield np.array([point[chunk][row], rates[row, cell], rates[row, cell + 1]])
             before, here, after = angles[:, :-2], angles[:, 1:-1], angles[:, 2:]
             is_lowest = (np.abs(here) <= np.abs(before)) & (np.abs(here) <= np.abs(after))
-            row, k = np.nonzero(is_lowest & (before * here > 0.0) & (here * after > 0.0))
+            row, cell = np.nonzero(is_lowest & (before * here > 0.0) & (here * after > 0.0))
             if row.size and is_first:
-                yield from brackets(point[chunk][row], rates[row, k], rates[row, k + 2], FINER_TRIALS, False)
+                yield from brackets(point[chunk][row], rates[row, cell], rates[row, cell + 2], FINER_TRIALS, False)
 
     triples = [np.empty((3, 0))]
     for count in np.unique(trials[trials > 0]):

@@ -266,7 +266,7 @@ class Orbit(FloquetSystem):
 
     def fingerprint(self) -> str:
         """Return a hash of the kernels, the generated code, its generator and the equations."""
-        source = b"".join(Path(__file__).with_name(f"{n}.py").read_bytes() for n in ("equations", "odd_motions"))
+        source = b"".join(Path(__file__).with_name(f"{name}.py").read_bytes() for name in ("equations", "odd_motions"))
         return described.hash_sources(self.kernels, self.mechanism.perturbed_code(self.is_still), source)
 
     @property

@@ -5,7 +5,7 @@ The descriptions are those of `sweeps/mechanics/library/periodic`, and any Pytho
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -250,16 +250,17 @@ def reference_of(system: Periodic) -> Reference:
         if not period * base.scale[0] < MAX_PERIOD_ANGLE:
             return np.nan
 
-        def jacobian(values, x, time):
+        def jacobian(values, state, time):
             """Return the derivatives of the rates by the states."""
-            return np.array([rates(values, x + step, time).imag / STEP for step in 1j * STEP * np.eye(count)]).T
+            return np.array([rates(values, state + step, time).imag / STEP for step in 1j * STEP * np.eye(count)]).T
 
         starts, _, parameters = base.between_jumps(np.arange(num_segments) / num_segments)  # they end at the jumps
         parameters = np.array([np.broadcast_to(values, (num_segments, 1))[:, 0] for values in parameters])
         for number, times in enumerate(pairwise(period * np.append(starts, 1.0))):
             node = base.nodes[0, min(number, int(base.num_nodes[0]) - 1)]
-            functions = (lambda t, x, f=f, p=tuple(parameters[:, number]): f(p, x, t) for f in (rates, jacobian))
-            _, product = integrate_monodromy(*functions, node, product, times)
+            values = tuple(parameters[:, number])
+            functions = (partial(_at_values, function, values) for function in (rates, jacobian))
+            product = integrate_monodromy(*functions, node, product, times)[1]
         return float(np.trace(product))
 
     def of_point(point):
@@ -267,6 +268,11 @@ def reference_of(system: Periodic) -> Reference:
         return trace(parameter_values, model.system.names.index(str(point["equilibrium"])))
 
     return trace_reference(of_point)
+
+
+def _at_values(function, values, time, state):
+    """Return function(values, state, time)."""
+    return function(values, state, time)
 
 
 def trace_reference(trace: Callable[[Mapping], float]) -> Reference:

@@ -215,18 +215,19 @@ def trace_by_scipy(point: Mapping[str, float], inverse: bool) -> float:
     axis, nu = int(point["axis"]), point["frequency"]
     L, period = point["omega0"] * point[f"I{axis}"], 2.0 * math.pi / nu
 
-    def rates_about_axes(t):
-        moments = moments_at(point, nu * t, inverse)
+    def rates_about_axes(time):
+        moments = moments_at(point, nu * time, inverse)
         return [L / moments[(axis + k - 1) % 3] for k in range(3)]
 
-    def slopes(t, _):
-        a, b, c = rates_about_axes(t)
-        return np.array([[0.0, a - c], [b - a, 0.0]])
+    def slopes(time, state):
+        along, first, second = rates_about_axes(time)
+        return np.array([[0.0, along - second], [first - along, 0.0]])
 
-    if max(abs(rate) for t in np.linspace(0.0, period, 9) for rate in rates_about_axes(t)) * period > MAX_PERIOD_ANGLE:
+    largest = np.abs([rates_about_axes(time) for time in np.linspace(0.0, period, 9)]).max()
+    if largest * period > MAX_PERIOD_ANGLE:
         return math.nan
     nothing = np.empty(0)
-    _, matrix = integrate_monodromy(lambda *_: nothing, slopes, nothing, np.eye(2), (0.0, period))
+    matrix = integrate_monodromy(lambda *arguments: nothing, slopes, nothing, np.eye(2), (0.0, period))[1]
     return float(np.trace(matrix))
 
 

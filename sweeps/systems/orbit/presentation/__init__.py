@@ -39,7 +39,7 @@ class OrbitPresentation(Presentation):
     compared = COMPARED
     plane_variable = ("regime", ())
     base_page = Page(
-        (_PAGE / "motion.html", *turning.BODY_FILES, moving.INTEGRATION, _PAGE / "part.js"),
+        (_PAGE / "motion.html", *turning.SOLID_FILES, moving.INTEGRATION, _PAGE / "part.js"),
         "Does a body on its orbit keep its attitude, and if not, how fast does it lose it?",
         facts=turning.FACTS,
     )

@@ -71,7 +71,7 @@ def draw(
             panel_ax.plot(*pair, dashes, gid="law", label="" if order else label, color=colors.INK, linewidth=1.0)
         planes.label_axes(panel_ax, panel, x, y, appearance.symbols)
         panel_ax.set(xlim=side_ends(panel, x), ylim=side_ends(panel, y))
-        _mark_start(panel_ax, panel, x, y, appearance.symbols)
+        _mark_start(panel_ax, panel, (x, y), appearance.symbols)
     regimes.explain(figure, axes, growth_name.replace("_", " "))
     return figure
 
@@ -81,13 +81,13 @@ def side_ends(panel: xr.Dataset, name: str) -> np.ndarray:
     return axis_scales.cell_edges(panel[name].values)[[0, -1]]
 
 
-def _mark_start(ax: Axes, panel: xr.Dataset, x: str, y: str, symbols: Mapping) -> None:
+def _mark_start(axes: Axes, panel: xr.Dataset, sides: tuple[str, str], symbols: Mapping) -> None:
     """Draw a ring at the point at which the page starts, if the definition names it."""
     start = definition_of(panel.attrs).get("start_at") or {}
-    if {x, y} <= {*start}:
-        words = ", ".join(wording.format_coordinate(panel, name, start[name], symbols) for name in (x, y))
+    if {*sides} <= {*start}:
+        words = ", ".join(wording.format_coordinate(panel, name, start[name], symbols) for name in sides)
         style = {"markeredgecolor": colors.INK, "markerfacecolor": "none", "markersize": 8, "linestyle": "none"}
-        ax.plot(start[x], start[y], "o", label=words, gid="start", **style)
+        axes.plot(*(start[name] for name in sides), "o", label=words, gid="start", **style)
 
 
 def _margins(ds: xr.Dataset) -> list[str]:

@@ -14,7 +14,7 @@ _ARITHMETIC = ("elliptic.js", "rotation.js", "attitude.js")
 _BEFORE = ("first.html", "motion.html", "motion.css", *_ARITHMETIC, "shaken.js")  # files before the drawing script
 _AFTER = ("solid.js", "polhode.js", "herpolhode.js", "motion.js")
 FILES = (*(_FOLDER / name for name in _BEFORE), DRAWING, *(_FOLDER / name for name in _AFTER))
-BODY_FILES = (_FOLDER / "motion.css", DRAWING, _FOLDER / "solid.js")  # for other pictures of a body
+SOLID_FILES = (_FOLDER / "motion.css", DRAWING, _FOLDER / "solid.js")  # style and scripts that draw a body
 FACTS = {  # values for the scripts
     "solids": solid.for_scripts(),
     "verdicts": {regime: verdict._asdict() for regime, verdict in VERDICTS.items()},
