@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from sweeps import mechanics
     from sweeps.mechanics.mode_shapes import ModeShapes
     from sweeps.mechanics.model import Model
-    from sweeps.mechanics.taylor import Code
+    from sweeps.mechanics.taylor import Generated
 
 MECHANICS = Path(__file__).parents[1] / "mechanics"
 ENCLOSURES, SEARCH = Example("search.enclosures"), Example("search.roots")  # the search calls both
@@ -252,7 +252,7 @@ class Described(SpectralSystem):
         """Return the import of the generated code, and the calls that all systems of this kind share."""
         return Example(str(self._code().path)), *super().examples(definition)
 
-    def _code(self) -> "Code":
+    def _code(self) -> "Generated":
         return self.mechanism.code
 
     def _load_code(self):
@@ -265,7 +265,7 @@ class Described(SpectralSystem):
         return of_library, (type(self), self.name)
 
 
-def hash_sources(kernels: Iterable[str], code: "Code | None", source: bytes) -> str:
+def hash_sources(kernels: Iterable[str], code: "Generated | None", source: bytes) -> str:
     """Return a hash of kernels, generated code, its generator and a description.
 
     Args:

@@ -27,7 +27,7 @@ from sweeps.systems.system import Example, Reference
 
 if TYPE_CHECKING:
     from sweeps import mechanics
-    from sweeps.mechanics.taylor import Code
+    from sweeps.mechanics.taylor import Generated
 
 
 _BRANCH = "continuous from small modulation; multiples of 2 pi/T lie between the branches"
@@ -120,7 +120,7 @@ class PeriodicDefinition(Definition):
 class FloquetSystem(SpectralSystem):
     """A system with a motion of known period at each point, and its multipliers."""
 
-    kernels = (
+    kernels: tuple[str, ...] = (
         *(
             "search.enclosures",
             "flow.floquet",
@@ -217,7 +217,7 @@ class Periodic(FloquetSystem, Described):
         encloses = self.mechanism.steepness.functions or self.description.switches
         return *super().examples(definition), *([ENCLOSURES] if encloses else [])
 
-    def _code(self) -> "Code":
+    def _code(self) -> "Generated":
         return self.mechanism.perturbed_code(True)
 
     def reference(self) -> Reference:
