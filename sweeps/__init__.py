@@ -222,7 +222,8 @@ def modes(
         are equal, so that a shape is not unique. `participation`, Re(conj(x_i) (M x)_i); the measured `eigenvalue_real`
         and `eigenvalue_imag` (s-1) with `eigenvalue_error`, `damping_ratio` and `log_decrement`; `whirl`, 1 forward,
         -1 backward, 0 planar, if the system has a plane; with `along` the number of each mode's `curve`, 0 if it is not
-        followed.
+        followed, and for each further parameter of several values `cut_<parameter>`: whether modes exchange their
+        curves between this value and the next, as they do on a line that ends at an exceptional point.
 
     Raises:
         RefusedError: for a map without modes, and a name or value that the map does not have.

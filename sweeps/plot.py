@@ -71,6 +71,30 @@ def root_locus(ds: "xr.Dataset", along: str, at: Mapping | None = None, ax: "Axe
     return _draw_modes(lambda modes, axes: mode_figures.draw_root_locus(modes, along, axes), ds, along, at, ax)
 
 
+def mode_surface(
+    ds: "xr.Dataset", along: str, over: str, curve: int = 1, at: Mapping | None = None, ax: "Axes | None" = None
+) -> "Axes":
+    """Draw the frequency of one mode, followed along a parameter, over a second one.
+
+    Around a point at which two modes coincide in rate and shape, they are exchanged: the mode's number jumps at a cut,
+    a line that ends at such a point.
+
+    Args:
+        ds: a map of modes or of eigenvalues.
+        along: the parameter along which modes are followed.
+        over: the second parameter.
+        curve: number of the mode's curve.
+        at: dimension → value, for each further dimension of several values.
+        ax: Axes to draw in; None for a new figure.
+    """
+    from sweeps.views import mode_figures
+
+    def drawing(modes, axes):
+        return mode_figures.draw_surface(modes, along, over, curve, axes)
+
+    return _draw_modes(drawing, ds, along, at, ax, over)
+
+
 def response(
     ds: "xr.Dataset", force: Mapping, frequencies: Sequence, at: Mapping | None = None, ax: "Axes | None" = None
 ) -> "Axes":
@@ -90,17 +114,17 @@ def response(
     return _draw_panel(lambda panel: mode_figures.draw_response(answer, panel), "response", ax)
 
 
-def _draw_modes(drawing: Callable, whole_map, along: str, places: Mapping | None, axes: "Axes | None") -> "Axes":
-    """Draw the modes of a map along a parameter."""
+def _draw_modes(drawing: Callable, whole_map, along: str, places: Mapping | None, axes: "Axes | None", over=None):
+    """Draw the modes of a map along a parameter, or over two."""
     from sweeps.maps.modes import select_points
 
     points = select_points(whole_map, along, _check_places(places), None)
-    points.check_line()
+    points.check_line(over)
     modes = points.modes(measured=False)
     return _draw_panel(lambda panel: drawing(modes, panel), "modes", axes)
 
 
-_names = ["stability", "campbell", "root_locus", "response", "deviations"]
+_names = ["stability", "campbell", "root_locus", "mode_surface", "response", "deviations"]
 
 
 def _named_figure(name: str, doc: str, picture: str = "") -> Callable[..., "Axes"]:

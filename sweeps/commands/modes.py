@@ -109,11 +109,11 @@ def _show_modes(args):
             print(place)
 
 
-def _has_written(ds, args, picture, *setting) -> bool:
+def _has_written(dataset, args, picture, *setting) -> bool:
     """Write a Dataset as JSON, netCDF, CSV (a line for each component) or a picture; False if none is asked for.
 
     Args:
-        ds: the Dataset.
+        dataset: the Dataset.
         args: arguments of the command, with `json` and `output`.
         picture: the function of `sweeps.views.mode_figures` that draws the Dataset with the `setting`.
         setting: further arguments of that function.
@@ -122,23 +122,23 @@ def _has_written(ds, args, picture, *setting) -> bool:
     from sweeps.shards.mapfile import write_part
 
     if args.json:
-        printing.print_json(ds.squeeze().to_dict())
+        printing.print_json(dataset.squeeze().to_dict())
     if not args.output:
         return args.json
     suffix = Path(args.output).suffix
     if suffix == ".nc":
-        write_part(ds, args.output, "table")
+        write_part(dataset, args.output, "table")
     else:
         with replace_output(args.output) as temporary:
             if suffix == ".csv":
-                table = ds.to_dataframe().reset_index()
+                table = dataset.to_dataframe().reset_index()
                 table.to_csv(temporary, index=False, float_format="%.17g", lineterminator="\n")
             else:
                 from sweeps.figure import sheets
                 from sweeps.views import figures, mode_figures
 
                 with sheets.use_sheet(sheets.OWN_SIZE):
-                    figure = getattr(mode_figures, picture)(figures.escape_dollars(ds), *setting)
+                    figure = getattr(mode_figures, picture)(figures.escape_dollars(dataset), *setting)
                     figures.save_figure(figure, temporary, suffix[1:])
     if not args.json:
         print(args.output)
@@ -160,11 +160,12 @@ def _print_modes(line, spectrum, along):
     shapes = printing.table(spectrum, "component", "shape", "error", "share of kinetic energy")
     rows = line.squeeze([str(dim) for dim in line.dims if dim not in (spectrum, along, "component")])
     rows = rows.stack(row=[along, spectrum] if along else [spectrum])
-    for _, mode in (rows.sortby("curve") if along else rows).groupby("row", squeeze=False):
-        mode = mode.squeeze("row")
+    rows = rows.sortby("curve") if along else rows
+    for number in range(rows.sizes["row"]):
+        mode = rows.isel(row=number)
         if mode["eigenvalue_imag"] < 0.0:
             continue
-        cells = [_format_number(mode[name].item(), number) for name, number in digits.items()]
+        cells = [_format_number(mode[name].item(), count) for name, count in digits.items()]
         rates.add_row(*cells, *(WHIRLS.get(mode[name].item(), "missing") for name in whirl))
         error = _format_number(mode["mode_shape_error"].item(), 2)
         for component in mode["component"].values[: 0 if along else None]:
@@ -238,8 +239,8 @@ def _show_response(args):
     component, place = np.nonzero(((padded[1:-1] > padded[:-2]) & (padded[1:-1] > padded[2:])).T)
     headings = ("component", "rad s-1", "response", "error", "phase, degrees")
     table = printing.table(*headings)
-    for number, at in zip(component, place, strict=True):
-        row = response.isel(component=number, angular_frequency=at)
+    for pair in zip(component, place, strict=True):
+        row = response.isel(dict(zip(("component", "angular_frequency"), pair, strict=True)))
         cells = [(row["angular_frequency"].item(), 8), (row["response_amplitude"].item(), 10)]
         cells += [(row["response_amplitude_error"].item(), 2)]
         phase = f"{math.degrees(row['response_phase'].item()):.4f}"

@@ -6,13 +6,14 @@ stored in it: they are derived from the same numbers, and most readers of a map 
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from sweeps.maps import critical_values, selection, slices, storage
 from sweeps.schema.refusals import RefusedError, hint
 from sweeps.systems import mode_curves
+from sweeps.systems.described import Described
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,7 +50,7 @@ def select_points(
     slices.check_is_map(stability_map)
     whole_map = slices.with_all_dimensions(stability_map)
     sweep = critical_values.sweep_of(whole_map, definition)
-    if not sweep.system.spectrum:
+    if not (isinstance(sweep.system, Described) and sweep.system.spectrum):
         raise RefusedError("map: multipliers have no mode shapes; allowed: a map of modes or of eigenvalues")
     parameters = [dim for dim in sweep.grid.dims if whole_map[dim].dtype.kind == "f"]
     if along is not None and along not in parameters:
@@ -65,6 +66,7 @@ class MapPoints:
 
     Attributes:
         sweep: the sweep of the map.
+        system: its system.
         along: the parameter along which modes are followed, or None.
         places: the chosen values.
         spectrum: the dimension of modes or eigenvalues.
@@ -73,15 +75,22 @@ class MapPoints:
 
     def __init__(self, whole_map, sweep: "Sweep", along: str | None, places: Mapping[str, selection.Place], prefix=""):
         self.sweep, self.along, self.places, self._prefix = sweep, along, places, prefix
+        self.system = cast(Described, sweep.system)
         (self.spectrum,) = sweep.system.spectrum
         cut = {dim: [place.index] for dim, place in places.items() if dim != self.spectrum}
-        self._dims = [dim for dim in sweep.grid.dims if dim not in (along, self.spectrum)] + [along] * bool(along)
+        dims = [dim for dim in sweep.grid.dims if dim not in (along, self.spectrum)]
+        self._dims = dims if along is None else [*dims, along]
         self.points = whole_map.isel(cut).transpose(*self._dims, ...).load()
 
-    def check_line(self) -> None:
-        """Refuse several values of a dimension other than the one along which modes are followed."""
-        dims = [dim for dim in self._dims if self.points.sizes[dim] > 1 and dim != self.along]
+    def check_line(self, over: str | None = None) -> None:
+        """Refuse several values of dimensions other than the one along which modes are followed, and `over`."""
+        dims = [dim for dim in self._dims if self.points.sizes[dim] > 1 and dim not in (self.along, over)]
         selection.check_places(self.points, dims, self._prefix)
+
+    def _varied(self) -> list[str]:
+        """Return the parameters of several values other than the one along which modes are followed."""
+        parameters = [dim for dim in self._dims if self.points[dim].dtype.kind == "f" and dim != self.along]
+        return [dim for dim in parameters if self.points.sizes[dim] > 1]
 
     def arguments(self) -> dict[str, np.ndarray]:
         """Return dimension → its values at the points, shape (points,); a parameter that is followed varies fastest."""
@@ -96,7 +105,7 @@ class MapPoints:
         """
         import xarray as xr
 
-        points, system = self.points, critical_values.system_of(self.sweep)
+        points, system = self.points, self.system
         shape = [points.sizes[dim] for dim in self._dims]
         arguments = self.arguments()
         integration = self.sweep.definition.integration if measured else None
@@ -134,6 +143,10 @@ class MapPoints:
             numbers = mode_curves.follow_modes(system, arguments)
             words = f"number of the mode's curve along {self.along}; 0 if it is not followed"
             dataset["curve"] = variable(numbers, words)
+            for dim in self._varied():
+                words = f"two modes exchange their curves between this value of {dim} and the next"
+                cuts = mode_curves.find_cuts(system, arguments, numbers, dim)
+                dataset[f"cut_{dim}"] = self._dims, cuts, {"long_name": words}
         place = self.places.get(self.spectrum)
         return dataset if place is None else dataset.isel({self.spectrum: [place.index]})
 

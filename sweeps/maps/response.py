@@ -42,12 +42,12 @@ def find_response(
 
     points = modes.select_points(stability_map, None, places, definition, prefix)
     points.check_line()
-    system, regime = critical_values.system_of(points.sweep), points.points["regime"]
+    system, regime = points.system, points.points["regime"]
     model, components = system.mechanism, system.mechanism.equations.places
     names = [component.name for component in components]
     amplitudes = _amplitudes(force, names, prefix)
-    w = np.array([parse_amount("frequencies", value, "rad s-1") for value in frequencies])
-    if not 0 < w.size <= MAX_FREQUENCIES or not (w > 0.0).all():
+    numbers = np.array([parse_amount("frequencies", value, "rad s-1") for value in frequencies])
+    if not 0 < numbers.size <= MAX_FREQUENCIES or not (numbers > 0.0).all():
         raise RefusedError(f"frequencies: allowed: 1 to {MAX_FREQUENCIES:,} numbers > 0 (rad s-1)")
     if unstable := {flags(regime)[code] for code in regime.values.ravel().tolist()} - {*critical_values.STABLE_REGIMES}:
         allowed = "a point with the regime stable or asymptotically_stable"
@@ -56,7 +56,7 @@ def find_response(
         raise RefusedError("map: its system has conserved quantities, which a force changes; allowed: one without them")
     theory = relative.theory(model, system.slots(points.arguments()))
     push = forced_response.scaled_push(model, theory, amplitudes)
-    *responses, error = forced_response.respond(theory["matrix"][0], push, theory["scale"][0], w)
+    *responses, error = forced_response.respond(theory["matrix"][0], push, theory["scale"][0], numbers)
     sizes = theory["sizes"][0, : len(names)]
     exact, measured = (response[:, : len(names)] * sizes for response in responses)
     errors, size = error[:, None] * sizes, np.abs(measured)
@@ -76,7 +76,7 @@ def find_response(
     coordinates |= {
         "angular_frequency": (
             "angular_frequency",
-            w,
+            numbers,
             {"units": "rad s-1", "long_name": "angular frequency of the force"},
         )
     }

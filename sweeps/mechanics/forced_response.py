@@ -40,21 +40,21 @@ def respond(matrix, push, scale: float, frequencies) -> tuple[np.ndarray, np.nda
         frequencies: w, rad s-1, > 0, shape (frequencies,).
     """
     count, size = len(push), np.linalg.norm(push) / scale
-    unit, w = push / size, np.asarray(frequencies, dtype=float)
-    forced = np.zeros((w.size, count + 2, count + 2))
+    unit, rates = push / size, np.asarray(frequencies, dtype=float)
+    forced = np.zeros((rates.size, count + 2, count + 2))
     forced[:, :count, :count], forced[:, :count, count] = matrix, unit
-    forced[:, count, count + 1], forced[:, count + 1, count] = -w, w
-    sample_time = 2.0 * np.pi / w / SAMPLES
-    steps = np.ceil(sample_time * np.maximum(scale, w) / linear_model.SPACING).astype(int)
+    forced[:, count, count + 1], forced[:, count + 1, count] = -rates, rates
+    sample_time = 2.0 * np.pi / rates / SAMPLES
+    steps = np.ceil(sample_time * np.maximum(scale, rates) / linear_model.SPACING).astype(int)
     propagators = linear_model.taylor_propagators(forced, sample_time / steps)
     measured = np.array([_fit(np.linalg.matrix_power(*pair), count) for pair in zip(propagators, steps, strict=True)])
-    resolvent = 1j * w[:, None, None] * np.eye(count) - matrix
-    residual = np.einsum("wij,wj->wi", resolvent, measured) - unit
-    terms = np.abs(measured) @ np.abs(matrix).T + w[:, None] * np.abs(measured) + np.abs(unit)
+    resolvent = 1j * rates[:, None, None] * np.eye(count) - matrix
+    residual = np.einsum("fij,fj->fi", resolvent, measured) - unit
+    terms = np.abs(measured) @ np.abs(matrix).T + rates[:, None] * np.abs(measured) + np.abs(unit)
     left, singular, right = np.linalg.svd(resolvent)
     errors = np.linalg.norm(np.abs(residual) + ROUNDING * (count + 2) * terms, axis=1) / singular[:, -1]
     is_known = errors <= MAX_RELATIVE_ERROR * np.linalg.norm(measured, axis=1)
-    theory = np.einsum("wji,wj,wkj,k->wi", right.conj(), 1.0 / singular, left.conj(), push)
+    theory = np.einsum("fji,fj,fkj,k->fi", right.conj(), 1.0 / singular, left.conj(), push)
     return theory, np.where(is_known[:, None], measured * size, np.nan), np.where(is_known, errors * size, np.nan)
 
 
@@ -66,7 +66,6 @@ def _fit(flow, count):
     for _sample in range(SAMPLES * PERIODS - 1):
         states.append(flow @ states[-1])
     phases = 2.0 * np.pi * np.arange(SAMPLES * PERIODS) / SAMPLES
-    parts = np.linalg.lstsq(np.column_stack([np.cos(phases), np.sin(phases)]), np.array(states)[:, :count], rcond=None)[
-        0
-    ]
+    waves = np.column_stack([np.cos(phases), np.sin(phases)])
+    parts = np.linalg.lstsq(waves, np.array(states)[:, :count], rcond=None)[0]
     return parts[0] - 1j * parts[1]

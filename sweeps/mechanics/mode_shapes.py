@@ -80,8 +80,8 @@ def measure_shapes(model, points, theory: Mapping[str, np.ndarray], sampling, ru
         raw[chunk] = relative.integrate_runs(model, points, theory, chunk, runs, fit)
     propagators, errors = np.swapaxes(raw[:, MATRIX:].reshape(-1, 2, model.n, model.n), 0, 1)
     if model.equations.natural:
-        m = model.equations.m
-        propagators, errors = -propagators[:, :m, :m], errors[:, :, :m]  # modes are in ascending order of Ω²
+        places = slice(model.equations.m)
+        propagators, errors = -propagators[:, places, places], errors[:, :, places]  # modes are in order of Ω²
     return find_shapes(model, theory, propagators, errors, np.log)
 
 

@@ -62,6 +62,32 @@ def follow_modes(system: Described, arguments: Mapping[str, np.ndarray]) -> np.n
     return result
 
 
+def find_cuts(system: Described, arguments: Mapping[str, np.ndarray], curves: np.ndarray, parameter: str) -> np.ndarray:
+    """Return True at points from which two modes go on with exchanged curves at the next value of a parameter.
+
+    Around a point at which two modes coincide in rate and shape (an exceptional point) they exchange: numbers that are
+    continuous along one parameter jump, on a cut that ends there, along another.
+
+    Args:
+        system: the system.
+        arguments: of the points of a grid, shape (points,), as of `follow_modes`.
+        curves: of `follow_modes`.
+        parameter: another one of the arguments.
+    """
+    shape = [np.unique(column).size for column in arguments.values()]
+    axis = [*arguments].index(parameter)
+    columns = {name: np.moveaxis(column.reshape(shape), axis, -1).ravel() for name, column in arguments.items()}
+    columns[parameter] = columns.pop(parameter)  # the last
+    numbers = follow_modes(system, columns).reshape(*np.delete(shape, axis), shape[axis], -1)
+    curves = np.moveaxis(curves.reshape(*shape, -1), axis, -2)
+    pairs = [(values[..., :-1, :, None], values[..., 1:, None, :]) for values in (numbers, curves)]
+    is_same_mode, is_other_curve = pairs[0][0] == pairs[0][1], pairs[1][0] != pairs[1][1]
+    is_known = np.all([(first != 0) & (second != 0) for first, second in pairs], axis=0)
+    is_cut = (is_same_mode & is_other_curve & is_known).any(axis=(-2, -1))
+    padding = [(0, 0)] * (len(shape) - 1) + [(0, 1)]
+    return np.moveaxis(np.pad(is_cut, padding), -1, axis)
+
+
 def _continues(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return whether each first mode's continuation among the second modes is certain, and the continuation's index."""
     from scipy.optimize import linear_sum_assignment

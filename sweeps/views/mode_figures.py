@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweeps.figure import canvas, colors, wording
+from sweeps.figure import axis_scales, canvas, colors, sheets, wording
 
 SPEED_UNITS = ("rad s-1", "1 s-1", "s-1")  # units of a parameter with order lines: its multiples are frequencies
 HEADROOM = 1.12  # upper end of the frequencies, relative to the largest, which leaves room for the crossings' values
@@ -70,6 +70,36 @@ def draw_root_locus(modes: xr.Dataset, along: str, axes: Axes | None = None) -> 
     return figure
 
 
+def draw_surface(modes: xr.Dataset, along: str, over: str, curve: int, axes: Axes | None = None) -> Figure:
+    """Draw the frequency of one mode over two parameters, with cuts at which it is exchanged with another mode.
+
+    Args:
+        modes: of `sweeps.modes`, of one plane, followed along a parameter.
+        along: that parameter.
+        over: the second parameter.
+        curve: number of the mode's curve along the first parameter.
+        axes: Axes to draw in; None for a new figure.
+    """
+    words = f"mode {curve}, followed along {along}"
+    figure, (panel,) = canvas.make_panels(1, CELL, str(modes.attrs["title"]), words, axes)
+    plane = modes.squeeze([str(dim) for dim in modes["curve"].dims[:-1] if dim not in (along, over)])
+    plane = plane.transpose(over, along, ...)
+    frequency = abs(plane["eigenvalue_imag"]).where(plane["curve"] == curve)
+    frequency = frequency.max([str(dim) for dim in frequency.dims[2:]])
+    columns, rows = (axis_scales.cell_edges(plane[name].values) for name in (along, over))
+    palette = sheets.color_map("size").with_extremes(bad=colors.MISSING)
+    mesh = panel.pcolormesh(columns, rows, np.ma.masked_invalid(frequency.values), cmap=palette, rasterized=True)
+    row, column = np.nonzero(plane[f"cut_{over}"].values)
+    style = {"color": colors.INK, "linewidth": 2.0, "label": "cut: modes are exchanged", "gid": "cut"}
+    panel.hlines(rows[row + 1], columns[column], columns[column + 1], **style)
+    for axis, name, values in ((panel.xaxis, along, plane[along]), (panel.yaxis, over, plane[over])):
+        axis_scales.set_scale(axis, values.values)
+        axis.set_label_text(wording.axis_label(modes, name))
+    figure.colorbar(mesh, ax=panel, label=wording.with_unit("angular frequency", "rad s-1", "  ({})"))
+    canvas.draw_legend(figure)
+    return figure
+
+
 def draw_response(response: xr.Dataset, axes: Axes | None = None) -> Figure:
     """Draw the measured amplitude and phase of each component over the frequency of a force, on theory's lines.
 
@@ -79,14 +109,16 @@ def draw_response(response: xr.Dataset, axes: Axes | None = None) -> Figure:
     """
     subtitle = f"force: {response.attrs['force']}"
     figure, (upper, lower) = canvas.make_panels(2, CELL, str(response.attrs["title"]), subtitle, axes)
-    w = response["angular_frequency"].values
+    frequencies = response["angular_frequency"].values
     for component, color in zip(response["component"].values, cycle(colors.SERIES_COLORS)):
         curve = response.sel(component=component)
-        upper.plot(w, curve["response_amplitude_theory"], color=colors.INK, linewidth=0.7)
-        upper.plot(w, curve["response_amplitude"], ".", color=color, markersize=3, label=str(component))
-        lower.plot(w, np.degrees(np.unwrap(curve["response_phase_theory"])), color=colors.INK, linewidth=0.7)
+        upper.plot(frequencies, curve["response_amplitude_theory"], color=colors.INK, linewidth=0.7)
+        upper.plot(frequencies, curve["response_amplitude"], ".", color=color, markersize=3, label=str(component))
+        lower.plot(frequencies, np.degrees(np.unwrap(curve["response_phase_theory"])), color=colors.INK, linewidth=0.7)
         turns = np.round((np.unwrap(curve["response_phase_theory"]) - curve["response_phase"]) / (2.0 * np.pi))
-        lower.plot(w, np.degrees(curve["response_phase"] + 2.0 * np.pi * turns), ".", color=color, markersize=3)
+        lower.plot(
+            frequencies, np.degrees(curve["response_phase"] + 2.0 * np.pi * turns), ".", color=color, markersize=3
+        )
     units = {*response["unit"].values.tolist()}
     label = wording.with_unit("angular frequency of the force", "rad s-1", "  ({})")
     unit = units.pop() if len(units) == 1 else "1"

@@ -12,9 +12,11 @@ import sweeps
 from sweeps import systems
 from sweeps.__main__ import main
 from sweeps.maps.critical_values import sweep_of
+from sweeps.maps.modes import select_points
 from sweeps.mechanics import System, mode_shapes, relative
 from sweeps.mechanics.linear_model import LinearModel
 from sweeps.schema.refusals import RefusedError
+from sweeps.systems import mode_curves
 
 SPREAD = {"a": (1.0, 3.0), "b": (1.0, 3.0), "coupling": (-0.9, 0.9), "gyro": (-1.0, 1.0), "drag": (0.0, 0.4)}
 
@@ -124,19 +126,75 @@ def test_shapes_of_matrices_are_within_their_errors_of_40_digit_eigenvectors(num
     assert max(apart) < 1e-11
 
 
-def test_modes_keep_their_curve_at_a_crossing_and_their_order_at_a_veering():
-    """Ω² of a + p and b − p cross for no coupling, and are apart by twice the coupling over √2 masses else."""
-    coupling = [0.0, 1e-5, 1e-3, 0.1]
-    grid = {"a": np.linspace(0.53, 2.53, 24), "b": [2.0, 3.0, 4.0], "coupling": coupling}
-    modes = sweeps.modes(sweeps.survey(system=two_coordinates(True), **grid), "a")
-    curves = modes.curve.squeeze().transpose("coupling", "b", "mode", "a")
-    assert (curves != 0).all()
-    for number, strength in enumerate(coupling):
-        for b in range(3):
-            crossed = grid["a"] > grid["b"][b] / 2.0 if strength == 0.0 else np.zeros(24, bool)
-            np.testing.assert_array_equal(curves[number, b, 0], np.where(crossed, 2, 1))
-    share = modes.participation.isel(component=0).squeeze().sel(coupling=0.0)
-    np.testing.assert_allclose(share.where(modes.curve.squeeze().sel(coupling=0.0) == 1).sum("mode"), 1.0)
+FAMILIES = {  # natural?, the further parameters of each family of two coordinates; b has ten values in each
+    "natural": (True, [{"coupling": c} for c in (0.0, 1e-6, -1e-5, 1e-4, -1e-3, 0.01, -0.1, 0.5)]),
+    "damped": (False, [{"coupling": 0.0, "gyro": 0.0, "drag": drag} for drag in (0.0, 0.01, 0.3)]),
+    "gyroscopic": (False, [{"coupling": c, "gyro": g, "drag": 0.0} for c, g in [(0.3, 0.0), (0.0, 0.1), (0.2, 0.5)]]),
+}
+
+
+@pytest.mark.parametrize("kind", FAMILIES)
+def test_modes_keep_their_curve_at_a_crossing_and_their_order_at_a_veering(kind):
+    """Over a, modes of two coordinates cross at a = b/2 without coupling (each moves one of them), and veer with it."""
+    natural, families = FAMILIES[kind]
+    system = sweep_of(sweeps.survey(system=two_coordinates(natural))).system
+    values, unknown = np.linspace(0.53, 2.53, 24), []
+    for family in families:
+        for b in np.linspace(1.3, 4.1, 10):
+            arguments = {name: np.full(24, value) for name, value in (family | {"b": b}).items()}
+            arguments |= {"equilibrium": np.full(24, "rest"), "a": values}
+            curves = mode_curves.follow_modes(system, arguments)
+            predicted = system.mode_shapes(arguments)[0]
+            unknown.append(curves == 0)
+            if family["coupling"] == family.get("gyro", 0.0) == 0.0:
+                moves_x = predicted.participation[..., 0] > 0.5
+                for number in range(1, curves.shape[1] + 1):
+                    assert np.unique(moves_x[curves == number]).size == 1  # no curve passes to the other coordinate
+            else:
+                is_known = curves != 0
+                assert (curves == np.arange(1, curves.shape[1] + 1))[is_known].all()
+    assert np.mean(unknown) <= 0.01
+
+
+def exceptional_point(b, coupling):
+    """Return a and drag at which two modes of x″ + drag x′ + a x + k y = 0, 2 y″ + b y + k x = 0 coincide."""
+    with mpmath.workdps(30):
+
+        def double_root(a, drag, frequency):
+            rate = mpmath.mpc(-drag / 4, frequency)
+            first, second = rate**2 + drag * rate + a, 2 * rate**2 + b
+            value, slope = first * second - coupling**2, (2 * rate + drag) * second + 4 * rate * first
+            return [value.real, value.imag, slope.real, slope.imag][:3]
+
+        return [float(x) for x in mpmath.findroot(double_root, (b / 2, coupling, mpmath.sqrt(b / 2)))][:2]
+
+
+def test_modes_are_exchanged_around_an_exceptional_point_and_the_cut_ends_there():
+    b, coupling = 3.0, 0.2
+    a, drag = exceptional_point(b, coupling)
+    system = System("Loop around an exceptional point")
+    angle, centre = system.parameter("angle", default=0.0), system.parameter("centre", default=drag)
+    stiffness, loss = a + 0.1 * sp.cos(angle), centre + 0.1 * sp.sin(angle)
+    system.matrices([[1, 0], [0, 2]], [[stiffness, coupling], [coupling, b]], C=[[loss, 0], [0, 0]])
+    grid = {"angle": np.linspace(0.0, 2.0 * np.pi, 25), "centre": np.repeat([drag, drag + 0.3], 25)}
+    arguments = {"equilibrium": np.full(50, "rest"), "centre": grid["centre"], "angle": np.tile(grid["angle"], 2)}
+    loops = mode_curves.follow_modes(sweep_of(sweeps.survey(system=system)).system, arguments).reshape(2, 25, 4)
+    assert loops[:, -1].tolist() == [[2, 1, 4, 3], [1, 2, 3, 4]]  # a loop around the point, and one beside it
+    grid = {"a": np.linspace(a - 0.4, a + 0.4, 17), "drag": np.linspace(drag - 0.15, drag + 0.16, 14)}
+    ds = sweeps.survey(system=two_coordinates(False), b=b, coupling=coupling, gyro=0.0, **grid)
+    cuts = mode_curves_of(ds).cut_drag
+    is_beyond = (grid["a"] > a + 0.01) & (np.searchsorted(grid["drag"], drag) - 1 == np.arange(14)[:, None])
+    np.testing.assert_array_equal(cuts, is_beyond)  # from the cell of the point to the end of a
+    panel = sweeps.plot.mode_surface(ds, "a", "drag", 3)
+    (line,) = [artist for artist in panel.collections if artist.get_gid() == "cut"]
+    ends = np.array(line.get_segments())
+    assert (np.abs(ends[..., 1] - drag) < np.diff(grid["drag"])[0]).all()
+    assert abs(ends[..., 0].min() - a) < np.diff(grid["a"])[0]
+
+
+def mode_curves_of(ds):
+    """Return the modes of a map along a, without measured shapes."""
+    return select_points(ds, "a", {}, None).modes(measured=False).squeeze()
 
 
 def test_orbits_keep_their_radial_mode_where_both_rates_are_equal():
