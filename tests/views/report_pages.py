@@ -58,7 +58,7 @@ def hostile(ds):
 SHIPPED = [  # sweeps that ship, of each kind of system and of points, and of each form of pictures
     *("mathieu", "paul_trap", "swing", "bead_on_hoop", "spherical_pendulum", "double_pendulum", "linear_triatomic"),
     *("foucault", "gravity_gradient", "lagrange_points", "bodies", "breakdown", "cubesats", "rackets", "tennis_racket"),
-    *("symmetric", "tumblers", "tumbling", "twist", "kapitzas_racket", "pumped_breakdown"),
+    *("symmetric", "tumblers", "tumbling", "twist", "kapitzas_racket"),
 ]
 PATIENCE = 60  # s, the longest wait for an expected state on a busy machine
 

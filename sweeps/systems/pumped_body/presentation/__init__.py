@@ -37,14 +37,12 @@ class PumpedBodyPresentation(Presentation):
         return replace(page, facts={**page.facts, "inverse": _is_inverse(ds)})
 
     def figures(self, ds: Dataset) -> Drawings:
-        """Return the regimes over the inertia triangle, or over two parameters for each axis, and the breakdown."""
-        from sweeps.systems.periodic.presentation import figure_breakdown, figure_tongues
+        """Return the regimes over the inertia triangle, or over two parameters for each axis."""
+        from sweeps.systems.periodic.presentation import figure_tongues
         from sweeps.systems.pumped_body.presentation import figure_shapes
 
         if is_of_shapes(ds):
             return {"triangle": partial(figure_shapes.draw, ds, APPEARANCE)}
-        if ds.sizes["epsilon"] >= figure_breakdown.MIN_SIZES:
-            return {"breakdown": partial(figure_breakdown.draw, ds, APPEARANCE)}
         tongues = {}
         for axis in ds["axis"].values.tolist():
             title = f"Spin about axis {axis} with moments that change periodically; colours as measured"
