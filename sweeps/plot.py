@@ -125,6 +125,7 @@ def _draw_modes(drawing: Callable, whole_map, along: str, places: Mapping | None
 
 
 _names = ["stability", "campbell", "root_locus", "mode_surface", "response", "deviations"]
+_PICTURES = {"deviations": "theory_against_measured"}  # function → its picture, if that has another name
 
 
 def _named_figure(name: str, doc: str, picture: str = "") -> Callable[..., "Axes"]:
@@ -135,6 +136,7 @@ def _named_figure(name: str, doc: str, picture: str = "") -> Callable[..., "Axes
 
     draw_figure.__name__, draw_figure.__qualname__, draw_figure.__doc__ = name, name, doc
     _names.append(name)
+    _PICTURES.update({name: picture} if picture else {})
     return draw_figure
 
 
@@ -158,7 +160,9 @@ oscillations = _named_figure(
     "Draw rates of small oscillations for every equilibrium and mode, and the positions of the equilibria.",
 )
 twist = _named_figure("twist", "Draw the twist of a thrown body about its handle.")
-defect = _named_figure("defect", "Draw the shortfall of the twist from a half turn, with the law.")
+defect = _named_figure(
+    "defect", "Draw the twist of bodies over the angle of the throw: how near to a half twist they come."
+)
 tumbling = _named_figure("tumbling", "Draw the ratio of both periods of a tumbling body.", "periods")
 herpolhode = _named_figure(
     "herpolhode", "Draw the herpolhode: the curve of the angular velocity in the plane normal to the angular momentum."
@@ -279,14 +283,30 @@ class Polhode:
         self._ds = ds
 
     def __dir__(self):
-        return [*super().__dir__(), *NAMES]
+        """Return the methods, the pictures of this map, and the functions that draw them."""
+        from sweeps import systems
+
+        try:
+            pictures = self.pictures()
+        except ValueError:  # no map
+            return super().__dir__()
+        starts = {name.partition("_axis_")[0] for name in pictures}
+        with_modes = (
+            ("campbell", "root_locus", "mode_surface", "response")
+            if getattr(systems.of_map(self._ds), "spectrum", ())
+            else ()
+        )
+        names = [name for name in NAMES if _PICTURES.get(name, name) in starts or name in with_modes]
+        return sorted({*super().__dir__(), *pictures, *names})
 
     def __getattr__(self, name: str):
-        if name not in NAMES:
-            raise AttributeError(f"'polhode' has no {name!r}; it has summary, pictures, {', '.join(NAMES)}")
         from functools import partial
 
-        return partial(globals()[name], self._ds)
+        if name in NAMES:
+            return partial(globals()[name], self._ds)
+        if name.startswith("_") or name not in self.pictures():
+            raise AttributeError(f"'polhode' has no {name!r}; it has summary, pictures, {', '.join(NAMES)}")
+        return partial(draw, self._ds, name)
 
     def __repr__(self) -> str:
         try:
@@ -295,6 +315,18 @@ class Polhode:
             return f"ds.polhode: {unlike}"
         methods = "summary(), words(), pictures()"
         return f"ds.polhode of {self._ds.attrs.get('title', 'a map')!r}: {methods}; figures: {names}"
+
+    def _repr_html_(self) -> str:
+        """Return the map's sentence, points and pictures as HTML, which a notebook shows."""
+        from html import escape
+
+        from sweeps import systems
+
+        title = escape(str(self._ds.attrs.get("title", "a map")))
+        sizes = " × ".join(f"{size:,} {name}" for name, size in self._ds.sizes.items() if size > 1)
+        sentence = systems.presentation_of(self._ds).sentence(self._ds)
+        calls = "".join(f"<li><code>ds.polhode.{name}()</code></li>" for name in self.pictures())
+        return f"<h4>{title}</h4><p><b>{escape(sentence)}</b></p><p>{escape(sizes)}</p><ul>{calls}</ul>"
 
     def words(self) -> "xr.Dataset":
         """Return the map with its flag variables as words in place of numbers."""

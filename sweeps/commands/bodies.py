@@ -158,9 +158,12 @@ def add_motion(commands) -> None:
 
 def _write_motion(args):
     """Write the motion of a body or a described system as a table or a film, by the suffix of the output."""
+    import numpy as np
+
     from sweeps.figure import sheets
     from sweeps.maps import motion
     from sweeps.systems import trajectories
+    from sweeps.systems.presentation import animation
     from sweeps.views import films
 
     kind = Path(args.output).suffix
@@ -173,7 +176,9 @@ def _write_motion(args):
         if kind in motion.FORMATS:
             motion.write_motion(trajectory, args.output)
         else:
-            films.write_frames(frames(trajectory), args.output)
+            count = animation.frame_times(float(np.ptp(trajectory["time"].values)))[0].size
+            with progress.count_pieces(count, "drawing frames") as advance:
+                films.write_frames((advance() or frame for frame in frames(trajectory)), args.output)
     print(args.output)
     if frame := trajectory.attrs.get("frame"):
         print(f"omega1 … omega3, q0 … q3: in the {frame}", file=sys.stderr)
@@ -198,7 +203,8 @@ def _body_motion(args, _):
         start["attitude"] = args.attitude
     chosen_body, spun = spin_outcomes.body_of(body, args.definition, spin_of(start), catalogue.load_definition)
     with progress.announce(WAIT):
-        return integrate_from(chosen_body, spun, start, args.duration, 1e-12, args.samples), figure_flip.film
+        motion = integrate_from(chosen_body, spun, start, args.duration, 1e-12, args.samples)
+    return motion.assign_attrs({"ratios": "of moments"} if chosen_body.ratios else {}), figure_flip.film
 
 
 def _system_motion(args, is_film: bool):

@@ -21,6 +21,7 @@ from sweeps.figure import sheets
 from sweeps.figure.colors import PAPER, QUIET
 
 SUBTITLE_LETTERS, TITLE_LETTERS = 15.0, 10.5  # average letters per inch in the sizes of subtitle and title
+SUBTITLE_POINTS = 8.5  # size of a subtitle's letters, points
 VALUE = re.compile(r"[^\s,][^,\n=]{0,18} = [^,\n=]{0,18}[^\s,]")  # a name and its value, with its unit
 UNBROKEN = re.compile(r"\$[^$]*\$|\([^)]*\)|\w+ \d+$")  # a formula, a unit or a number, kept in one line of a label
 MIN_LINE_LETTERS = 12  # labels are not broken into lines with fewer letters
@@ -156,7 +157,15 @@ def make_figure(width: float, height: float, title: str, subtitle: str, ax: Axes
     figure.get_layout_engine().set(w_pad=0.08, h_pad=0.06, rect=(0.0, 0.0, 1.0, 1.0 - head / height))
     place = {"ha": "left", "va": "top", "in_layout": False}
     figure.text(0.12 / width, 1 - 0.12 / height, title, fontsize=12, fontweight="bold", linespacing=1.3, **place)
-    figure.text(0.12 / width, 1 - title_bottom / height, subtitle, fontsize=8.5, color=QUIET, linespacing=1.4, **place)
+    figure.text(
+        0.12 / width,
+        1 - title_bottom / height,
+        subtitle,
+        fontsize=SUBTITLE_POINTS,
+        color=QUIET,
+        linespacing=1.4,
+        **place,
+    )
     return figure
 
 

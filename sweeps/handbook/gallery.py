@@ -16,8 +16,8 @@ from sweeps.schema import DEFAULT_SYSTEM
 from sweeps.views import report
 
 MAX_GRID_POINTS = 1_600  # number of grid points of a gallery map, without axes, bodies and modes: seconds of work
-# the same for systems with cheap points
-MAX_CHEAP_POINTS = {"rigid_body": 40_000, "symmetric_top": 40_000, "twist": 40_000}
+# the same for systems with cheap points, and for pumped bodies, which have narrow bands
+MAX_CHEAP_POINTS = {"rigid_body": 40_000, "symmetric_top": 40_000, "twist": 40_000, "pumped_body": 20_000}
 GALLERY_DRAWS = 512  # number of draws of each uncertain body in a gallery map
 CARD = """:::{{grid-item-card}} {title}
 :img-top: /gallery/{name}.png

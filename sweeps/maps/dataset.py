@@ -7,8 +7,12 @@ import numpy as np
 import xarray as xr
 
 from sweeps.points.columns import measure_points
+from sweeps.points.estimate import integration_seconds
 from sweeps.points.sweep import Grid, Sweep
 from sweeps.shards import contract
+
+LONG_SECONDS = 10.0  # estimated time of a survey from which on its progress is shown
+PIECES = 40  # steps of the bar
 
 
 def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
@@ -25,9 +29,10 @@ def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
     if chunks is not None:
         sizes = _chunk_sizes(grid, chunks)
         arrays = [array.chunk({d: sizes[d] for d in array.dims}) for array in arrays]
+    is_long = chunks is None and integration_seconds(sweep, grid.size) > LONG_SECONDS * threads
     extra_sizes = {dim: values.size for dim, values in grid.extra_dimensions.items()}
     results = xr.apply_ufunc(
-        partial(_measure_columns, sweep=sweep, threads=threads),
+        partial(_measure_columns, sweep=sweep, threads=threads, num_pieces=PIECES * is_long),
         *arrays,
         output_core_dims=[list(variable.over) for variable in variables],
         dask="parallelized",
@@ -41,12 +46,14 @@ def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
     return xr.Dataset(data, coordinates, contract.provenance(sweep))
 
 
-def _measure_columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarray, ...] | np.ndarray:
+def _measure_columns(
+    *arrays: np.ndarray, sweep: Sweep, threads: int, num_pieces: int
+) -> tuple[np.ndarray, ...] | np.ndarray:
     """Return the system's columns, in the order of its variables, for broadcastable arrays in that of its arguments."""
     shape = np.broadcast_shapes(*(array.shape for array in arrays))
     names = sweep.grid.arguments
     points = {name: np.broadcast_to(a, shape).reshape(-1) for name, a in zip(names, arrays, strict=True)}
-    columns = measure_points(points, sweep, threads).values()
+    columns = measure_points(points, sweep, threads, num_pieces).values()
     results = tuple(column.reshape(shape + column.shape[1:]) for column in columns)
     return results if len(results) > 1 else results[0]  # apply_ufunc takes a single output bare
 

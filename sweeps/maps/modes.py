@@ -35,7 +35,7 @@ def select_points(
     definition: str | None,
     prefix: str = "",
 ) -> "MapPoints":
-    """Return the points of a map of which modes are wanted.
+    """Return the points of a map for modes.
 
     Args:
         stability_map: a map, or its path.
@@ -62,7 +62,7 @@ def select_points(
 
 
 class MapPoints:
-    """Points of a map of which modes are wanted; see `select_points`.
+    """Points of a map for its modes; see `select_points`.
 
     Attributes:
         sweep: the sweep of the map.

@@ -4,7 +4,7 @@ A shard under Snakemake, a chunk under Dask and a call in a notebook all come he
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from itertools import pairwise
 
@@ -12,20 +12,26 @@ import numpy as np
 
 from sweeps.points import compile_kernels
 from sweeps.points.sweep import Sweep
-from sweeps.process import machine
+from sweeps.process import machine, progress
 from sweeps.schema.refusals import DefinitionError
 
 
-def measure_points(points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1) -> dict[str, np.ndarray]:
+def measure_points(
+    points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1, num_pieces: int = 0
+) -> dict[str, np.ndarray]:
     """Measure points, and return each of the sweep's variables → values, in its type.
 
     Args:
         points: each of the system's arguments → values, shape (n,).
         sweep: its system is measured, with its settings of a run; its grid is not used.
         threads: number of threads that share the work; it changes no bit.
+        num_pieces: number of pieces whose progress a bar shows on a terminal or in a notebook; 0 for none.
     """
-    with open_pool(threads) as pool:
-        return submit_points(points, sweep, pool, threads)()
+    if not num_pieces:
+        with open_pool(threads) as pool:
+            return submit_points(points, sweep, pool, threads)()
+    with progress.count_pieces(num_pieces, "measuring") as advance, open_pool(threads) as pool:
+        return submit_points(points, sweep, pool, num_pieces, lambda _: advance())()
 
 
 @contextmanager
@@ -40,7 +46,11 @@ def open_pool(threads: int) -> Iterator[ThreadPoolExecutor]:
 
 
 def submit_points(
-    points: Mapping[str, np.ndarray], sweep: Sweep, pool: ThreadPoolExecutor, num_parts: int
+    points: Mapping[str, np.ndarray],
+    sweep: Sweep,
+    pool: ThreadPoolExecutor,
+    num_parts: int,
+    when_done: Callable[[Future], None] = lambda _: None,
 ) -> Callable[[], dict]:
     """Submit points to the thread pool in parts, and return a function that waits for them and returns the columns.
 
@@ -49,6 +59,7 @@ def submit_points(
         sweep: its system is measured.
         pool: the threads.
         num_parts: number of parts.
+        when_done: called when each part is finished, in its thread.
     """
     compile_kernels.ensure_compiled(sweep)
     if not machine.rounds_to_nearest():
@@ -59,6 +70,8 @@ def submit_points(
     bounds = pairwise(np.linspace(0, size, num_parts + 1).astype(int))
     chunks = ({name: values[low:high] for name, values in points.items()} for low, high in bounds)
     futures = [pool.submit(sweep.system.columns, chunk, sweep.definition.integration) for chunk in chunks]
+    for future in futures:
+        future.add_done_callback(when_done)
     return lambda: _join_columns([future.result() for future in futures], sweep)
 
 

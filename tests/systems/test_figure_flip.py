@@ -166,3 +166,17 @@ def test_a_motion_is_a_film_with_the_body_s_mesh(tmp_path, monkeypatch, capsys):
         assert animation.n_frames == 6
     trajectory = sweeps.motion({"mesh": {"file": "ball.stl", "density": 1000.0, "unit": "cm"}})
     assert len(next(iter(outline.read(trajectory.attrs).values()))["faces"]) == 3 * 320
+
+
+def test_a_film_has_its_words_in_lines_and_no_unit_of_ratios(tmp_path, monkeypatch):
+    stages, stage = [], animations.empty_stage
+    monkeypatch.setattr(animations, "empty_stage", lambda *words: stages.append(stage(*words)) or stages[-1])
+    monkeypatch.setattr(animations, "draw_frames", lambda figure, frames: iter([np.zeros((8, 8, 4), np.uint8)]))
+    spin = ["--axis", "2", "--omega0", "10", "--duration", "1", "--output", str(tmp_path / "a.gif")]
+    for body, words in ((["--ratios", "1", "3", "3.5"], "I₁ : I₂ : I₃ = 1 : 3 : 3.5"), (["racket"], "kg m²")):
+        assert main(["motion", *body, *spin]) == 0
+        _title, subtitle = stages[-1].texts
+        assert words in subtitle.get_text().replace("\u00a0", " ")
+        assert ("kg" in subtitle.get_text()) == (words == "kg m²")
+        width = stages[-1].bbox.width
+        assert subtitle.get_window_extent().x1 < width

@@ -1,9 +1,14 @@
-"""No text of a picture lies on another, on the widest sheet and the narrowest: boxes of text as they are drawn."""
+"""Texts and legends of pictures, on the widest sheet and the narrowest, as they are drawn.
 
+No text lies on another, and each entry of a legend has its colour in a panel.
+"""
+
+import contextlib
 from itertools import combinations
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba_array
 from matplotlib.text import Text
 from report_pages import SHIPPED
 
@@ -41,10 +46,37 @@ def faults(figure, monkeypatch):
             yield words, words_b
 
 
+def color_of(handle):
+    """Return the colour of a legend's entry, shape (3,), 0 to 255; None for a hatch or an outline alone."""
+    for name in ("get_facecolor", "get_markerfacecolor", "get_color", "get_edgecolor"):
+        with contextlib.suppress(AttributeError, ValueError, IndexError):
+            *rgb, alpha = np.asarray(to_rgba_array(getattr(handle, name)()))[0]
+            if alpha > 0.0:
+                return None if getattr(handle, "get_hatch", lambda: None)() else 255.0 * np.array(rgb)
+    return None
+
+
+def undrawn_entries(figure):
+    """Yield the labels of a legend whose colours are on no pixel of a panel, in any shade down to a quarter."""
+    pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3].astype(float)
+    height = pixels.shape[0]
+    boxes = [np.rint(axes.bbox.extents).astype(int) for axes in figure.axes]
+    panels = np.concatenate([pixels[height - y1 : height - y0, x0:x1].reshape(-1, 3) for x0, y0, x1, y1 in boxes])
+    towards_paper = np.unique(255.0 - panels, axis=0)
+    for legend in figure.legends:
+        for handle in legend.legend_handles:
+            if (color := color_of(handle)) is not None:
+                full = 255.0 - color
+                shade = towards_paper @ full / max(full @ full, 1.0)
+                is_near = np.abs(towards_paper - shade[:, None] * full).max(axis=1) < 8.0  # of 255: edges are blended
+                if not (is_near & (shade > 0.25) & (shade < 1.1)).any():
+                    yield handle.get_label()
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", SHIPPED)
-def test_no_text_of_a_picture_lies_on_another(name, monkeypatch):
+def test_no_text_of_a_picture_lies_on_another_and_legends_show_what_is_drawn(name, monkeypatch):
     monkeypatch.setattr(gallery, "MAX_CHEAP_POINTS", {})
     values = gallery.reduce_points(plain(read_text(file_text(catalogue.shipped_files()[name]))))
     ds = figures.escape_dollars(sweeps.survey(values))
@@ -53,3 +85,4 @@ def test_no_text_of_a_picture_lies_on_another(name, monkeypatch):
             with sheets.use_sheet(sheets.SHEETS[size]), np.errstate(all="ignore"):
                 if figure := draw():
                     assert not list(faults(figure, monkeypatch)), (picture, size)
+                    assert not list(undrawn_entries(figure)), (picture, size)

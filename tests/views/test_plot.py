@@ -1,6 +1,7 @@
 """Pictures as functions and as `ds.polhode`, their themes, sizes and formats, and colours for every kind of sight."""
 
 import re
+from contextlib import nullcontext
 from itertools import combinations
 
 import numpy as np
@@ -15,7 +16,9 @@ from sweeps import plot
 from sweeps.__main__ import main
 from sweeps.commands import maps as command
 from sweeps.figure import canvas, colors, marks, sheets
+from sweeps.maps import dataset
 from sweeps.maps.storage import write_map
+from sweeps.process import progress
 from sweeps.schema.refusals import RefusedError
 from sweeps.systems.presentation import regimes
 from sweeps.systems.relative_equilibrium.presentation import APPEARANCE, figure_spectra
@@ -68,8 +71,7 @@ def test_the_accessor_is_registered_where_a_dataset_comes_from(path, second):
     python(code, path, PYTHONWARNINGS="error")
 
 
-def test_the_accessor_has_the_functions_and_a_summary(tiny):
-    assert set(plot.NAMES) <= set(dir(tiny.polhode))
+def test_the_accessor_draws_and_has_a_summary(tiny):
     assert all(callable(getattr(tiny.polhode, name)) for name in plot.NAMES)
     assert tiny.polhode.polhodes().figure.texts[0].get_text() == "Polhodes"
     assert "stability_axis_1" in tiny.polhode.pictures()
@@ -277,3 +279,31 @@ def test_regimes_of_equilibria_are_hatched_on_paper_alone():
         assert [patch.get_hatch() for patch in legend.legend_handles if patch.get_hatch()] == hatches
         scale = figure.axes[1].collections[0].get_array()
         assert set(np.unique(scale // regimes.SHADES)) == {0, 2, 3}  # a column each for growth or decay
+
+
+def test_tab_offers_the_pictures_of_a_map_and_a_cell_shows_its_sentence(tiny):
+    momenta = {"start": -3.0, "stop": 3.0, "num": 13}
+    gyrostat = sweeps.survey(system="gyrostat", rotor_momentum=momenta, I2=[1.5, 2.0]).polhode
+    assert {"stability", "campbell", "root_locus"} <= {*dir(gyrostat)}
+    assert not {"herpolhode", "polhodes", "cones"} & {*dir(gyrostat)}
+    assert {"stability", "stability_axis_1", "polhodes"} <= {*dir(tiny.polhode)}
+    assert tiny.polhode.stability_axis_1().figure.texts[0].get_text().startswith("Spin about axis 1")
+    assert "<b>A rotor of h/(I₂W) &gt; 0.50 holds the intermediate axis</b>" in gyrostat._repr_html_()
+
+
+def test_a_cell_shows_the_answer_about_a_body_as_text_or_tables():
+    answer = sweeps.body({"name": "<Body>", "ratios": {"I1": 1.0, "I2": 2.0, "I3": 2.5}})
+    assert repr(answer) == str(answer)
+    assert "<h4>&lt;Body&gt;</h4>" in answer._repr_html_()
+    assert answer._repr_html_().count("<tr>") == 3
+
+
+def test_a_long_survey_shows_its_progress_and_measures_the_same(monkeypatch):
+    finished = []
+    monkeypatch.setattr(dataset, "LONG_SECONDS", 0.0)
+    monkeypatch.setattr(progress, "count_pieces", lambda total, _: nullcontext(lambda: finished.append(total)))
+    grid = {"I1": 1.0, "I2": {"start": 1.1, "stop": 2.4, "num": 100}, "I3": 2.5, "omega0": 1.0}
+    shown = sweeps.survey(**grid, threads=2)
+    monkeypatch.undo()
+    assert len(finished) == finished[0] == dataset.PIECES
+    assert shown.content_hash == sweeps.survey(**grid).content_hash

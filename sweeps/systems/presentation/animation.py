@@ -9,25 +9,27 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from sweeps.figure import colors, sheets, wording
+from sweeps.figure.canvas import SUBTITLE_LETTERS, SUBTITLE_POINTS, wrap_text
 
 FILM_SECONDS = (6.0, 20.0)  # bounds on a film's length; motions that take as long are shown in real time
 
 
 def empty_stage(inches: tuple[float, float], dots: int, title: str, words: str, sizes=(11.0, 7.0)) -> Figure:
-    """Return an empty figure with a title and a line below it.
+    """Return an empty figure with a title and a text below it.
 
     Args:
         inches: width and height.
         dots: pixels per inch of a GIF.
         title: title.
-        words: line below the title.
+        words: text below the title, broken into lines.
         sizes: font sizes of title and line, points.
     """
     figure = Figure(figsize=inches, dpi=sheets.current_film.get().dpi(inches, dots), facecolor=colors.PAPER)
     FigureCanvasAgg(figure)
     top = 1.0 - 0.17 / inches[1]
     figure.text(0.03, top, title, fontsize=sizes[0], fontweight="bold", va="top", parse_math=False)
-    figure.text(0.03, top - 0.021 * sizes[0] / inches[1], words, fontsize=sizes[1], color=colors.QUIET, va="top")
+    lines = wrap_text(words, inches[0], SUBTITLE_LETTERS * SUBTITLE_POINTS / sizes[1])
+    figure.text(0.03, top - 0.021 * sizes[0] / inches[1], lines, fontsize=sizes[1], color=colors.QUIET, va="top")
     return figure
 
 

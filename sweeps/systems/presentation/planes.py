@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterable, Mapping
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.path import Path
 
 from kernels.estimator.statuses import STATUSES
 from sweeps.figure import axis_scales, colors, marks, wording
@@ -49,6 +50,8 @@ def subtitle(ds: xr.Dataset, panel: xr.Dataset, values: xr.DataArray, appearance
 def boundary(ax: Axes, x, y, values: np.ndarray, rounding: float, label: str, lw: float = 1.1, halo=2.2) -> None:
     """Draw the boundary of theory, on which values change sign, if they do so by more than rounding.
 
+    Loops within a row or column of the grid are left out: they are parts of a region narrower than its cells.
+
     Args:
         ax: the panel.
         x: coordinate, shape (x,) or (y, x).
@@ -61,6 +64,12 @@ def boundary(ax: Axes, x, y, values: np.ndarray, rounding: float, label: str, lw
     """
     if np.nanmin(values, initial=0.0) < -rounding and np.nanmax(values, initial=0.0) > rounding:
         line = ax.contour(x, y, values, [0.0], colors=colors.INK, linewidths=lw)
+        cell = [np.abs(np.diff(side, axis=k)).max() for side, k in ((np.asarray(x), -1), (np.asarray(y), 0))]
+        pieces = [piece for piece in line.allsegs[0] if len(piece)]
+        spans = ([np.ptp(piece, axis=0), np.abs(piece[0] - piece[-1])] for piece in pieces)
+        is_wide = [(span > cell).all() or (gap > cell).any() for span, gap in spans]
+        pieces = [Path(piece) for piece, is_drawn in zip(pieces, is_wide, strict=True) if is_drawn]
+        line.set_paths([Path.make_compound_path(*pieces)])
         line.set(gid="theory", path_effects=marks.halo(halo) if halo else [])
         ax.plot([], [], color=colors.INK, lw=lw, label=label)
 

@@ -14,6 +14,7 @@ from sweeps.figure import canvas, colors, marks, sheets, wording
 from sweeps.systems.presentation.appearance import Appearance, missing_words
 
 SHADES = 6  # shades per regime, deeper with the square root of the growth
+MIN_FINE_CELLS = 100  # cells per side of a panel; beyond, single cells are as narrow as lines, and not in the legend
 HATCHES = {"asymptotically_stable": "....", "unstable": "////", "flutter": "xxxx", "period_doubling": "\\\\\\\\"}
 
 
@@ -103,7 +104,10 @@ class Regimes:
         if sheets.is_print():
             self._hatch(ax, x, y, regime)
         self.max_growth = max(self.max_growth, float(size.max(initial=0.0)))
-        self.drawn_codes |= set(np.unique(regime[regime >= 0]).tolist())
+        is_visible = regime >= 0
+        if min(regime.shape) > MIN_FINE_CELLS:
+            is_visible[:-1, :-1] &= (regime[:-1, :-1] == regime[1:, :-1]) & (regime[:-1, :-1] == regime[:-1, 1:])
+        self.drawn_codes |= set(np.unique(regime[is_visible]).tolist())
         self.shaded_codes |= set(np.unique(regime[(regime >= 0) & (size > 0.0)]).tolist())
         self.missing_statuses += np.unique(status[regime < 0]).tolist()
 

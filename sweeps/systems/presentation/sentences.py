@@ -1,12 +1,12 @@
 """Sentences of maps as titles; and sections along one parameter and measured thresholds, from which they are made."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from sweeps import systems
-from sweeps.schema.datasets import Dataset
+from sweeps.schema.datasets import DataArray, Dataset
 
 MIN_VALUES = 8  # values of a section; with fewer a zero of their spline may be wrong in the printed digits
 SINGLE = ("eigenvalue", "multiplier", "epsilon", "phase")  # dimensions of which a section has the first value
@@ -53,18 +53,23 @@ def zeros(places, values) -> np.ndarray:
 
 
 class Threshold(NamedTuple):
-    """A sentence with the value of a parameter at which a smooth measured variable passes a level."""
+    """A sentence with the values of a parameter at which a smooth measured quantity is zero."""
 
-    words: str  #: format string of {limit} and of coordinates by name
+    words: str  #: format string of {first} and {last} of these values, and of the map's coordinates by name
     along: str  #: the parameter
-    variable: str  #: the measured variable
+    quantity: str | Callable[[Dataset], DataArray]  #: a measured variable, or a function of a section
     places: Mapping[str, object]  #: dimension → value of each further parameter; the nearest grid value is used
-    level: float = 0.0  #: of the variable
-    order: int = -1  #: 0 for the first passage, -1 for the last one
 
     def __call__(self, dataset: Dataset) -> str:
         """Return the sentence of a map."""
         line = section(dataset, **self.places)
-        limit = zeros(line[self.along], line[self.variable] - self.level)[self.order]
-        values = {str(name): value.item() for name, value in line.coords.items() if not value.ndim}
-        return self.words.format(limit=limit, **values)
+        values = line[self.quantity] if isinstance(self.quantity, str) else self.quantity(line)
+        limits = zeros(line[self.along], values)
+        coordinates = {str(name): value.item() for name, value in line.coords.items() if not value.ndim}
+        return self.words.format(first=limits[0], last=limits[-1], **coordinates)
+
+
+def squared_rate(line: Dataset) -> DataArray:
+    """Return the square of a section's first rate, s-2: positive for growth, negative for an oscillation."""
+    names = ("exponent_real", "exponent_imag") if "exponent_real" in line else ("eigenvalue_real", "eigenvalue_imag")
+    return line[names[0]] ** 2 - line[names[1]] ** 2

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from html import escape
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,20 +25,20 @@ SAMPLING = ("draws", "seed", "method", "turns")
 OPTIONS = (*SPIN, *SAMPLING, "uncertainty", "omega", "orbit", "mu")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class BodyAnswer:
     """The answer of `sweeps.body`; `print` shows it."""
 
     name: str  #: the body's name
     facts: dict[str, Any]  #: all numbers, in SI units, angles in rad; `facts["axes"]` has a mapping for each spin axis
-    sentence: str = field(default="", repr=False)  #: the verdict on the judged spin in words; "" of several bodies
-    judged: verdict.SpinVerdict | None = field(default=None, repr=False)  #: the verdict; None without one
+    sentence: str = field(default="")  #: the verdict on the judged spin in words; "" of several bodies
+    judged: verdict.SpinVerdict | None = field(default=None)  #: the verdict; None without one
     #: tables of (subject, outcome) in words by the heading of the subjects, that of the judged spin first
-    tables: list[tuple[str, list[tuple[str, str]]]] = field(default_factory=list, repr=False)
-    paragraphs: list[list[str]] = field(default_factory=list, repr=False)  #: lines on the body, its spin, observations
-    answers: "list[BodyAnswer]" = field(default_factory=list, repr=False)  #: of a file of several bodies, one for each
-    entry: dict[str, Any] = field(default_factory=dict, repr=False)  #: the body as an entry of a definition
-    _sampled: "Answer | None" = field(default=None, repr=False)
+    tables: list[tuple[str, list[tuple[str, str]]]] = field(default_factory=list)
+    paragraphs: list[list[str]] = field(default_factory=list)  #: lines on the body, its spin, observations
+    answers: "list[BodyAnswer]" = field(default_factory=list)  #: of a file of several bodies, one for each
+    entry: dict[str, Any] = field(default_factory=dict)  #: the body as an entry of a definition
+    _sampled: "Answer | None" = field(default=None)
 
     def __str__(self) -> str:
         from sweeps.figure import printing
@@ -45,6 +46,20 @@ class BodyAnswer:
         text = StringIO()
         self.show(printing.console(text))
         return text.getvalue().rstrip()
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        """Return the answer as HTML, which a notebook shows: the verdict, its table, and further tables folded."""
+        if self.answers:
+            return "".join(each._repr_html_() for each in self.answers)
+        tables = []
+        for heading, rows in self.tables:
+            cells = [f"<tr><td>{escape(subject)}</td><td>{escape(outcome)}</td></tr>" for subject, outcome in rows]
+            head = f"<summary>{escape(heading)}</summary>"
+            tables.append(f"<details{' open' if not tables else ''}>{head}<table>{''.join(cells)}</table></details>")
+        lines = "<br>".join(escape(line) for lines in self.paragraphs for line in lines)
+        return f"<h4>{escape(self.name)}</h4><p>{escape(self.sentence)}</p>{''.join(tables)}<p>{lines}</p>"
 
     def show(self, console: "Console") -> None:
         """Print the answer: the verdict, the outcome of the judged spin, further outcomes, then the body and its spin.

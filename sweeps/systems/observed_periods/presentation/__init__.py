@@ -1,9 +1,22 @@
 """Presentation of observed periods."""
 
 from sweeps.figure import colors
+from sweeps.schema.datasets import Dataset
 from sweeps.systems.bodies.presentation import MODES, SYMBOLS
+from sweeps.systems.observed_periods.system import VARIABLES
 from sweeps.systems.presentation import Page, Presentation
 from sweeps.systems.presentation.appearance import Appearance, Mark, Symbol
+
+
+def sentence(dataset: Dataset) -> str:
+    """Return the shares of the possible shapes with both periods in both modes, and in none."""
+    none, both = (
+        100 * (dataset["modes"] == VARIABLES["modes"].flags.index(name)).mean().item() for name in ("none", "both")
+    )
+    return f"Both modes are possible for {both:.0f} % of shapes, none for {none:.0f} %"
+
+
+SENTENCES = {"observed_periods": sentence}
 
 
 class ObservedPeriodsPresentation(Presentation):
@@ -21,6 +34,7 @@ class ObservedPeriodsPresentation(Presentation):
         },
     )
     base_page = Page((), "Which bodies have both periods, in which mode, and with which certainty?")
+    sentences = SENTENCES
     figure_paths = (("energies", "figure_energies.draw"),)
 
 

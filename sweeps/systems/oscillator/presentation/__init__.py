@@ -5,6 +5,7 @@ from pathlib import Path
 
 from sweeps.schema.datasets import Dataset
 from sweeps.systems import rates
+from sweeps.systems.oscillator.presentation.sentences import SENTENCES
 from sweeps.systems.oscillator.system import ANIMATED
 from sweeps.systems.presentation import Animations, Drawings, Page, Presentation, moving
 from sweeps.systems.presentation.appearance import Appearance, Compared, Symbol
@@ -22,11 +23,14 @@ class OscillatorPresentation(Presentation):
     minimum_dims = ("epsilon",)
     plane_variable = ("omega_squared", ("equilibrium", "mode"))
     base_page = Page(_FILES, "Where are the equilibria, are they stable, and how accurate are the rates?")
+    sentences = SENTENCES
     figure_paths = (("oscillations", "figure_oscillations.draw"),)
     compared = (Compared(("frequency",), "oscillates in theory"), Compared(("growth_rate",), "grows in theory"))
 
     def figures(self, ds: Dataset) -> Drawings:
-        """Return the figures; a map of central potentials over the exponent has rates over the orbital rate."""
+        """Return the figures; of a double pendulum its modes, of central potentials rates over the orbital rate."""
+        if self.system.name == "double_pendulum":
+            return {"modes": self.drawing("figure_modes.draw", ds, self.system)} | self.agreement_figure(ds)
         has_exponents = self.system.name == "central_potential" and ds.sizes["exponent"] > 1
         orbits = {"oscillations": self.drawing("figure_orbits.draw", ds, self.system)} if has_exponents else {}
         return super().figures(ds) | orbits

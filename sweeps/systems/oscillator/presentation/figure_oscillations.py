@@ -17,6 +17,7 @@ from sweeps.systems.oscillator.system import REGIMES
 from sweeps.systems.presentation import longest_parameters, planes
 from sweeps.systems.presentation.appearance import Appearance, Mark, missing_words
 from sweeps.systems.presentation.regimes import draw_points
+from sweeps.systems.presentation.sentences import head_texts
 
 MAX_PANELS = 8  # panels of equilibria and modes that fit a page
 APPEARANCE = Appearance(marks={"marginal": Mark("marginal", "=", colors.INK)})
@@ -45,7 +46,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         count, (3.3, 2.7), (1.0 + EQUILIBRIA_WIDTH * (has_equilibria and not is_above), 1.5 + 2.7 * is_above)
     )
     subtitle = "\n".join([planes.subtitle(ds, subset, ds["omega_squared"], APPEARANCE), *marginal])
-    figure = canvas.make_figure(*size, ds.attrs.get("title", ""), subtitle, ax=ax)
+    figure = canvas.make_figure(*size, *head_texts(ds, words=subtitle), ax=ax)
     num_left = int(has_equilibria and not is_above)
     ratios_of_width = [EQUILIBRIA_WIDTH / 3.3] * num_left + [1.0] * columns
     grid = figure.add_gridspec(rows + is_above, columns + num_left, width_ratios=ratios_of_width)

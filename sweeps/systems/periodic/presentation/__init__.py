@@ -5,12 +5,13 @@ from pathlib import Path
 
 from sweeps.figure import colors
 from sweeps.schema.datasets import Dataset
+from sweeps.systems.periodic.presentation.sentences import SENTENCES
 from sweeps.systems.presentation import Drawings, Page, Presentation, moving
 from sweeps.systems.presentation.appearance import Appearance, Compared, Mark, Symbol
 
 MARKS = {
     "asymptotically_stable": Mark("stable, decays", "-", colors.SERIES_COLORS[2]),
-    "period_doubling": Mark("unstable, sign changes each period", "2", colors.SERIES_COLORS[4]),
+    "period_doubling": Mark("unstable, period doubles", "2", colors.SERIES_COLORS[4]),
     "flutter": Mark("flutter", "~", colors.SERIES_COLORS[3]),
     "perturbation_too_large": Mark("perturbation too large", "n", ""),
     "no_periodic_motion": Mark("no periodic motion", "o", ""),
@@ -26,6 +27,7 @@ class PeriodicPresentation(Presentation):
     appearance = APPEARANCE
     minimum_dims = ("epsilon",)
     plane_variable = ("regime", ())
+    sentences = SENTENCES
     compared = COMPARED
     base_page = Page(
         (*moving.FILES, Path(__file__).parent / "page" / "part.js"),
@@ -46,7 +48,8 @@ class PeriodicPresentation(Presentation):
         )
         tongues = {}
         for name in ds["equilibrium"].values.tolist():
-            arguments = {"equilibrium": name}, f"perturbed motion: {name}", APPEARANCE, curves
+            words = "" if ds.sizes["equilibrium"] == 1 else f"about: {name.replace('_', ' ')}"
+            arguments = {"equilibrium": name}, words, APPEARANCE, curves
             tongues[f"tongues_{name}"] = self.drawing("figure_tongues.draw", ds, *arguments)
         return tongues | self.agreement_figure(ds)
 

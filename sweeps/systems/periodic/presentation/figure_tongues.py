@@ -12,9 +12,11 @@ from scipy.linalg import eigvalsh_tridiagonal
 from kernels.flow.codes import REGIMES
 from sweeps.figure import axis_scales, canvas, colors, wording
 from sweeps.reading.definitions import definition_of
+from sweeps.systems.periodic.presentation.sentences import resonances
 from sweeps.systems.presentation import longest_parameters, planes
 from sweeps.systems.presentation.appearance import Appearance
 from sweeps.systems.presentation.regimes import Regimes
+from sweeps.systems.presentation.sentences import head_texts
 
 FULL_COLOR_GROWTH = 1.0  # growth per period with the full colour
 MAX_PANELS = 6  # values of a third parameter that are drawn
@@ -28,12 +30,12 @@ EXACT, THEORY = "Mathieu's curves, exact", "boundary by linear theory"
 
 
 def draw(
-    ds: xr.Dataset, at: Mapping, subtitle: str, appearance: Appearance, curves=None, ax: Axes | None = None
+    dataset: xr.Dataset, at: Mapping, subtitle: str, appearance: Appearance, curves=None, ax: Axes | None = None
 ) -> Figure | None:
     """Draw regimes over the two longest parameters, a panel for each value of a third.
 
     Args:
-        ds: the map.
+        dataset: the map.
         at: dimension → value at which the map is cut.
         subtitle: the perturbed motion.
         appearance: words, symbols and colours of the system.
@@ -44,8 +46,9 @@ def draw(
     Returns:
         The figure; None if fewer than two parameters vary, or if it had a single colour.
     """
-    growth_name = "growth_per_orbit" if "growth_per_orbit" in ds else "growth_per_period"
-    subset = ds[["regime", growth_name, "status", *_margins(ds)]].sel(at)
+    growth_name = "growth_per_orbit" if "growth_per_orbit" in dataset else "growth_per_period"
+    names = [name for name in ("regime", growth_name, "status", "exponent_imag") if name in dataset]
+    subset = dataset[[*names, *_margins(dataset)]].sel(at)
     x, y, third = longest_parameters(subset["regime"], ())
     if y is None:
         return None
@@ -53,12 +56,12 @@ def draw(
     if np.unique(subset["regime"]).size == 1 and not (subset[growth_name] > 0.0).any():
         return None
     values = subset[third].values[:MAX_PANELS] if third else [None]
-    figure, axes = canvas.make_panels(len(values), (4.2, 3.4), ds.attrs.get("title", ""), subtitle, ax)
+    figure, axes = canvas.make_panels(len(values), (4.2, 3.4), *head_texts(dataset, words=subtitle), ax)
     regimes = Regimes(REGIMES, appearance, FULL_COLOR_GROWTH)
     for panel_ax, value in zip(axes, values, strict=True):
         panel = subset.sel({third: value}) if third else subset
         if third:
-            panel_ax.set_title(wording.format_coordinate(ds, third, value), loc="left")
+            panel_ax.set_title(wording.format_coordinate(dataset, third, value), loc="left")
         rows = panel.transpose(y, x, ...)
         regime, growth, status = (rows[n].values for n in ("regime", growth_name, "status"))
         edges = (axis_scales.cell_edges(panel[name].values) for name in (x, y))
@@ -72,6 +75,11 @@ def draw(
         planes.label_axes(panel_ax, panel, x, y, appearance.symbols)
         panel_ax.set(xlim=side_ends(panel, x), ylim=side_ends(panel, y))
         _mark_start(panel_ax, panel, (x, y), appearance.symbols)
+        if (places := resonances(panel, y, x)) and not third:
+            props = {"color": colors.QUIET, "lw": 0.7, "ls": ":", "gid": "resonance"}
+            for place in places:
+                panel_ax.axvline(place, **props)
+            panel_ax.secondary_xaxis("top").set_xticks([*places], [*places.values()], rotation=50, ha="left")
     regimes.explain(figure, axes, growth_name.replace("_", " "))
     return figure
 
@@ -90,9 +98,9 @@ def _mark_start(axes: Axes, panel: xr.Dataset, sides: tuple[str, str], symbols: 
         axes.plot(*(start[name] for name in sides), "o", label=words, gid="start", **style)
 
 
-def _margins(ds: xr.Dataset) -> list[str]:
+def _margins(dataset: xr.Dataset) -> list[str]:
     """Return the names of the variables by which linear theory decides stability."""
-    multiplier_bounds = [f"{name}_theory" for name in (*BOUNDS, "trace") if f"{name}_theory" in ds]
+    multiplier_bounds = [f"{name}_theory" for name in (*BOUNDS, "trace") if f"{name}_theory" in dataset]
     return ["growth_per_period_theory", *multiplier_bounds]
 
 

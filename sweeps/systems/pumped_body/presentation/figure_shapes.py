@@ -21,6 +21,7 @@ from sweeps.systems.periodic.presentation.figure_tongues import (
 from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.appearance import Appearance
 from sweeps.systems.presentation.regimes import Regimes
+from sweeps.systems.presentation.sentences import head_texts
 from sweeps.systems.rigid_body.presentation.figure_triangle import fixed_at, values_about
 
 NAMES = ("regime", "growth_per_period", "status", "triangle_margin", "trace_theory")
@@ -33,7 +34,8 @@ def draw(ds: xr.Dataset, appearance: Appearance, ax: Axes | None = None) -> Figu
     words = ", ".join(
         wording.format_coordinate(ds, name, value, appearance.symbols) for name, value in cut_values.items() if value
     )
-    figure, axes = canvas.make_panels(ds.sizes["axis"], (4.2, 4.2), ds.attrs.get("title", ""), words, ax)
+    figure, axes = canvas.make_panels(ds.sizes["axis"], (4.2, 4.2), *head_texts(ds, words=words), ax)
+    impossible = Patch(facecolor=colors.MISSING, label="physically impossible for a part of the period")
     regimes = Regimes(REGIMES, appearance, FULL_COLOR_GROWTH)
     for panel, axis in zip(axes, ds["axis"].values.tolist(), strict=True):
         regime, growth, status, margin, trace = (values_about(ds, name, axis) for name in NAMES)
@@ -42,8 +44,7 @@ def draw(ds: xr.Dataset, appearance: Appearance, ax: Axes | None = None) -> Figu
         panel.contourf(*triangle.places(ds), margin, [-1.0, 0.0], colors=[colors.MISSING])
         triangle.frame(panel, axis, True)
         panel.set_title(f"spun about axis {axis}", loc="left", fontweight="bold", pad=18)
-    more_handles = [Patch(facecolor=colors.MISSING, label="physically impossible for a part of the period")]
-    regimes.explain(figure, axes, "growth per period", more_handles)
+    regimes.explain(figure, axes, "growth per period", [impossible] * bool((ds["triangle_margin"] < 0.0).any()))
     return figure
 
 

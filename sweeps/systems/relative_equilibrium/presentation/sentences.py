@@ -3,7 +3,7 @@
 import numpy as np
 
 from sweeps.schema.datasets import Dataset
-from sweeps.systems.presentation.sentences import Threshold, section, zeros
+from sweeps.systems.presentation.sentences import Threshold, section, squared_rate, zeros
 from sweeps.systems.relative_equilibrium.system import REGIMES
 
 PARIS = 48.85  # degrees north, latitude of the Panthéon
@@ -11,12 +11,10 @@ SIDEREAL_DAY = 23.9345  # h, one rotation of the Earth
 
 
 def gyrostat(dataset: Dataset) -> str:
-    """Return the least momentum of a rotor that stabilises the intermediate axis, from Ω² over the momentum."""
+    """Return the least momentum of a rotor that stabilises the intermediate axis."""
     line = section(dataset, I2=0.5 * (dataset["I1"].item() + dataset["I3"].item()))
-    limits = zeros(line["rotor_momentum"], line["eigenvalue_imag"] ** 2 - line["eigenvalue_real"] ** 2)
-    return (
-        f"A rotor of h/(I₂W) > {limits[-1] / (line['I2'] * line['spin_rate']).item():.3g} holds the intermediate axis"
-    )
+    limit = zeros(line["rotor_momentum"], squared_rate(line))[-1] / (line["I2"] * line["spin_rate"]).item()
+    return f"A rotor of h/(I₂W) > {limit:.2f} holds the intermediate axis"
 
 
 def steady_precession(dataset: Dataset) -> str:
@@ -63,29 +61,28 @@ SENTENCES = {
     "gyrostat": gyrostat,
     "steady_precession": steady_precession,
     "lagrange_points": Threshold(
-        "L4 and L5 are stable up to a mass ratio of {limit:.4g}", "mass_ratio", "discriminant", {"equilibrium": "L4"}
+        "L4 and L5 are stable up to a mass ratio of {first:.4g}", "mass_ratio", "discriminant", {"equilibrium": "L4"}
     ),
     "sleeping_top": Threshold(
-        "With m g l = {moment_of_weight:.3g} N m, a top with I₃ = I₁ sleeps above {limit:.2f} rad/s",
+        "With m g l = {moment_of_weight:.3g} N m, a top with I₃ = I₁ sleeps above {last:.2f} rad/s",
         "spin_rate",
         "discriminant",
         {"moment_of_weight": 2.0, "I3": 1.0},
     ),
     "rotating_saddle": Threshold(
-        "A saddle that turns faster than {limit:.2f} rad/s holds a particle, without drag",
+        "A saddle that turns faster than {last:.2f} rad/s holds a particle, without drag",
         "spin_rate",
         "product_of_squares",
         {"stiffness_y": -1.0, "drag": 0.0},
     ),
     "rotor": Threshold(
-        "Internal damping of {internal_damping:.3g} kg/s drives the whirl above {limit:.2f} rad/s",
+        "Internal damping of {internal_damping:.3g} kg/s drives the whirl above {first:.2f} rad/s",
         "spin_rate",
         "growth_rate",
         {"stiffness_y": 1.0, "internal_damping": 0.05},
-        order=0,
     ),
     "viscous_slug": Threshold(
-        "With a viscous slug, only spins with I₃/I₁ > {limit:.2f} last: the major-axis rule",
+        "With a viscous slug, only spins with I₃/I₁ > {last:.2f} last: the major-axis rule",
         "axial_moment",
         "growth_rate",
         {"drag": 0.01},

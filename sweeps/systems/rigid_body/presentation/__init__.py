@@ -1,17 +1,36 @@
 """Presentation of free rigid bodies."""
 
+import numpy as np
+
 from sweeps.schema.datasets import Dataset
 from sweeps.systems.presentation import Animations, Drawings, Opening, Page, Presentation
 from sweeps.systems.presentation.appearance import Compared
-from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, SHAPE, is_grid, is_of_shapes
+from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, SHAPE, cut_at, is_grid, is_of_shapes
 
 MIN_PERTURBATIONS = 6  # sizes of the perturbation that the fit of a power law needs
+
+
+def sentence(dataset: Dataset) -> str:
+    """Return the wobble of a rigid Earth, or how fast a racket's wobble grows; "" of a map without both."""
+    from sweeps.systems.rigid_body.presentation.figure_flip import racket_at
+
+    if "body" in dataset.dims:
+        earth = dataset.sel(body="Earth", axis=3).isel(cut_at(dataset), missing_dims="ignore")
+        days = 2.0 * np.pi / earth["frequency"].item() / 86400.0
+        return f"A rigid Earth would wobble in {days:.0f} days; the Earth takes 433"
+    point = dataset[["omega_squared"]].isel(racket_at(dataset) or {}).squeeze()
+    seconds = np.log(10.0) / np.sqrt(-point["omega_squared"].item())
+    return f"At {point['omega0'].item():g} rad/s a racket's wobble about axis 2 grows tenfold in {seconds:.3f} s"
+
+
+SENTENCES = {"rigid_body": sentence}
 
 
 class RigidBodyPresentation(Presentation):
     """Figures, animation and page of free rigid bodies."""
 
     appearance = APPEARANCE
+    sentences = SENTENCES
     minimum_dims = ("epsilon",)
     compared = (
         Compared(("frequency",), "oscillates in theory", "omega0"),

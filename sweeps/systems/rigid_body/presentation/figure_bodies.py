@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
 from sweeps.schema.iteration import spaced_indices
 from sweeps.systems.motion import DAY, HOUR
+from sweeps.systems.presentation.sentences import head_texts
 from sweeps.systems.rigid_body.fits import Period, compare_periods, signed_rate
 from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, LINES, cut_at, settings
 from sweeps.systems.rigid_body.system import REGIMES
@@ -49,7 +50,8 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     panels = 2 if periods or has_more else 1
     panel_rows, columns, size = canvas.arrange_panels(panels, (5.6 if panels > 1 else 6.8, height - 1.6), (1.0, 1.6))
     period_count = f";  periods of {len(periods)} of {len(all_periods)}" if len(periods) < len(all_periods) else ""
-    figure = canvas.make_figure(*size, "Bodies: measured rates", _subtitle(ds, subset) + period_count, ax=ax)
+    title = head_texts(ds, "Bodies: measured rates")[0]
+    figure = canvas.make_figure(*size, title, _subtitle(ds, subset) + period_count, ax=ax)
     axes = np.ravel(figure.subplots(panel_rows, columns))
     _draw_rates(axes[0], subset)
     if not sheets.is_narrow():

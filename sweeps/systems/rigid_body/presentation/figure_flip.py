@@ -131,9 +131,12 @@ def film(motion: Dataset) -> Iterator[np.ndarray]:
     is_principal = np.array_equal(axes, np.eye(3))
     omega = axes @ [float(motion[f"omega{i}"][0]) for i in (1, 2, 3)]
     times, pace = animation.frame_times(float(motion["time"][-1] - motion["time"][0]))
-    inertia, start = (", ".join(wording.format_number(value, 3) for value in values) for values in (moments, omega))
-    start = f"({start}) {wording.format_units('rad s-1')}" + ("" if is_principal else " about the principal axes")
-    words = f"I = ({inertia}) kg m², starts with ω = {start}; {pace}"
+    inertia, start = ([wording.format_number(value, 3) for value in values] for values in (moments, omega))
+    frame = "" if is_principal else " about the principal axes"
+    inertia = (
+        f"I₁ : I₂ : I₃ = {' : '.join(inertia)}" if "ratios" in motion.attrs else f"I = ({', '.join(inertia)}) kg m²"
+    )
+    words = f"{inertia}, starts with ω = ({', '.join(start)}) {wording.format_units('rad s-1')}{frame}; {pace}"
     mesh = next(iter(outlines.read(motion.attrs).values()), None)
     faces = of_mesh(mesh["vertices"], mesh["faces"]) if mesh else solid_of(moments)
     axis = int(np.abs(omega).argmax()) + 1
@@ -220,7 +223,7 @@ class FilmStage:
 
     def __init__(self, ax: Axes, half_width: float, faces: list[Face], axis: int, vertical_name: str = "L"):
         self.axis, self.solid = axis, _Solid(faces)
-        ax.set(xlim=(-half_width, half_width), ylim=(-1.25, 1.25), aspect="equal")
+        ax.set(xlim=(-half_width, half_width), ylim=(-1.25, 1.5), aspect="equal")
         ax.axis("off")
         vertical = np.outer([1.0, 1.22], SCREEN[2])
         ax.plot(*vertical.T, color=colors.QUIET, lw=1.8)

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from sweeps.figure import axis_scales, canvas, colors, marks, sheets
 from sweeps.schema.datasets import Dataset, dimensions
 from sweeps.systems.bodies.presentation import triangle
+from sweeps.systems.presentation.sentences import head_texts
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, SHAPE, cut_at, is_of_shapes, settings
 from sweeps.systems.rigid_body.presentation.figure_stability import draw_color_bar, mark_statuses, real_bodies
@@ -19,6 +20,7 @@ from sweeps.systems.rigid_body.presentation.figure_stability import draw_color_b
 CELLS = 500  # cells per side of a panel
 MIN_BINNED = 100_000  # points; fewer are drawn as dots
 BLOCK_POINTS = 2**19
+MIN_COVERED_THICKNESS = 0.98  # largest thickness of a grid that leaves a strip of the triangle, which the picture names
 RATIO_ROUNDING = 1e-9  # rounding error of a ratio of moments
 
 
@@ -29,12 +31,14 @@ def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     axes_of_spin = ds["axis"].values.tolist()
     main_axis = 2 if 2 in axes_of_spin else axes_of_spin[0]
     small_axes = [axis for axis in axes_of_spin if axis != main_axis]
-    title = "All possible rigid bodies" if "ratios" in str(ds.attrs.get("definition", "")) else "Bodies by shape"
+    title = head_texts(ds, "All possible rigid bodies" if is_of_shapes(ds) else "Bodies by shape")[0]
     is_narrow = sheets.is_narrow()  # the small panels below, and not next to the large one
     size = (4.2, 6.2) if is_narrow else (8.6, 5.9) if small_axes else (5.6, 5.9)
     bodies = math.prod(ds.sizes[dim] for dim in ("point", *SHAPE) if dim in ds.sizes)
     points = f"{bodies:,} bodies, spun about each axis, perturbed and measured"
     subtitle = f"{points}.  Colour: measured rate of the perturbation over the spin rate"
+    if is_of_shapes(ds) and ds["thickness"].max() < MIN_COVERED_THICKNESS:
+        subtitle += "\ngrey: shapes nearer to I2 = I3, or thinner, than the map has"
     figure = canvas.make_figure(*size, title, subtitle, ax=ax)
     ratios = (1.9, 1.0) if small_axes else (1.0,)
     shape = (len(ratios), 2, None, ratios) if is_narrow else (2, len(ratios), ratios, None)
@@ -52,8 +56,11 @@ def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
 def draw_axis(ds: Dataset, axis: int, ax: Axes | None = None) -> Figure | None:
     """Draw the stability about one axis (as `figure_stability.draw`) of `ds`, a map over a grid of shapes."""
     fixed_values = {name: float(ds[name].values[i]) for name, i in cut_at(ds).items()}
-    subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed_values)}".strip()
-    figure = canvas.make_figure(6.4, 5.9, f"Spin about axis {axis}: measured stability", subtitle, ax=ax)
+    title, subtitle = f"Spin about axis {axis}: measured stability", settings(fixed_values)
+    texts = (
+        head_texts(ds, title, subtitle) if axis == 2 else (title, f"{ds.attrs.get('title', '')}\n{subtitle}".strip())
+    )
+    figure = canvas.make_figure(6.4, 5.9, *texts, ax=ax)
     ax = figure.subplots()
     mesh = _draw_panel(ax, ds, axis, True)
     draw_color_bar(figure, ax, mesh)
@@ -115,6 +122,7 @@ def _draw_panel(ax: Axes, ds: Dataset, axis: int, is_large: bool):
     }
     if is_of_shapes(ds):
         rate = signed_rate(values_about(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
+        ax.fill([0, 1, 1], [1, 1, 0], color=colors.MISSING, zorder=-1, gid="missing")
         mesh = ax.pcolormesh(*triangle.places(ds, axis_scales.cell_edges), rate, zorder=0, **props)
     elif ds.sizes["point"] >= MIN_BINNED:
         edges = np.linspace(0, 1, (CELLS if is_large else CELLS // 2) + 1)

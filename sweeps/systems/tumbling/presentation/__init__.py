@@ -6,6 +6,7 @@ from sweeps.figure import colors
 from sweeps.systems.bodies.presentation import MODES, SYMBOLS, on_triangle
 from sweeps.systems.presentation import Presentation
 from sweeps.systems.presentation.appearance import Appearance, Compared, Mark, Symbol
+from sweeps.systems.tumbling.presentation.sentences import SENTENCES
 
 
 class TumblingPresentation(Presentation):
@@ -24,6 +25,7 @@ class TumblingPresentation(Presentation):
         "How does a body tumble, with which periods, and how accurate are they?", Path(__file__).parent / "page/part.js"
     )
     compared = (Compared(("period_psi",), "period in the body"), Compared(("period_phi_encircled",), "period about L"))
+    sentences = SENTENCES
     figure_paths = (("periods", "figure_tumbling.draw_periods"), ("herpolhode", "figure_tumbling.draw_herpolhode"))
 
 

@@ -3,116 +3,115 @@
 The herpolhode is the curve that the angular velocity draws on the invariable plane, seen along L.
 """
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 
-from kernels.events import tumbling
 from kernels.free import exact
 from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
 from sweeps.systems.motion import rotate_vectors
+from sweeps.systems.presentation.sentences import head_texts
+from sweeps.systems.tumbling.presentation.sentences import OBSERVED, energies_of_ratio, period_ratio_curve
 from sweeps.systems.tumbling.system import SYSTEM
 
-PANELS = 4  # energies that are drawn
-STEPS = 200  # points of a curve on each side of the separatrix
+PANELS = 2  # energies that are drawn
+SHARES_OF_ENERGIES = (0.15, 0.45)  # places of these energies in the range of the map
+MIN_LABEL_HEIGHT = 0.08  # range of I2/I3 that has room for the name of a mode
 TITLE = r"Ratio of tumbling periods, $P_\psi/P_\phi$"
 DOTTED = (0, (1, 2))
 PERIODS, POINTS = 7, 8000  # periods and points of the herpolhode
 
 
-def draw_periods(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
+def draw_periods(dataset: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """Draw P_psi over P_phi (long-axis convention) over two ratios of moments, or as curves of bodies; else None."""
-    if "body" in ds.dims:
-        return _draw_curves(ds, ax)
-    if min(ds.sizes.get(name, 1) for name in ("I1", "I2")) < 2 or ds.sizes["I3"] > 1:
+    if "body" in dataset.dims:
+        return _draw_curves(dataset, ax)
+    if min(dataset.sizes.get(name, 1) for name in ("I1", "I2")) < 2 or dataset.sizes["I3"] > 1:
         return None
-    return _draw_planes(ds, ax)
+    return _draw_planes(dataset, ax)
 
 
-def _draw_planes(ds: xr.Dataset, target_ax: Axes | None) -> Figure:
+def _draw_planes(dataset: xr.Dataset, target_ax: Axes | None) -> Figure:
     """Draw the ratio of periods over I1/I3 and I2/I3, in a panel for each of several energies."""
-    subtitle = f"{ds.attrs.get('title', '')}\nclosed form; at each energy $E = 2TI_3/L^2$"
-    shared_axes = {"sharex": True, "sharey": True}
-    figure, axes = canvas.make_panels(
-        PANELS, (4.0, 3.3), f"{TITLE} (long-axis convention)", subtitle, target_ax, **shared_axes
-    )
-    energies = np.linspace(0, 0.6 * (ds.sizes["energy"] - 1), PANELS + 1).round().astype(int)[1:]
-    for ax, k in zip(axes, energies, strict=True):
-        mesh = _draw_plane(ax, ds.isel(I3=0, omega0=0, energy=int(k)).load())
+    texts = head_texts(dataset, f"{TITLE} (long-axis convention)", "closed form; at each energy $E = 2TI_3/L^2$")
+    figure, axes = canvas.make_panels(PANELS, (5.0, 4.3), *texts, target_ax)
+    for ax, share in zip(axes, SHARES_OF_ENERGIES, strict=True):
+        mesh = _draw_plane(ax, dataset.isel(I3=0, omega0=0, energy=round(share * (dataset.sizes["energy"] - 1))).load())
         ax.set(xlabel="$I_1/I_3$", ylabel="$I_2/I_3$")
-        ax.label_outer()
-    figure.colorbar(mesh, ax=axes, label=r"$\log_{10}\,P_\psi/P_\phi$", extend="both", shrink=0.8)
-    handles = [
-        marks.hatched_patch(),
-        Patch(facecolor=colors.FAINT, label="energy outside the range of the body"),
-        Patch(facecolor="none", edgecolor=colors.UNSTABLE, label=r"separatrix: short-axis mode below, long-axis above"),
-    ]
+    ticks = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
+    bar = figure.colorbar(mesh, ax=axes, label=r"$P_\psi/P_\phi$", extend="both", shrink=0.8)
+    bar.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+    bar.minorticks_off()
+    handles = [marks.hatched_patch(), Patch(facecolor=colors.FAINT, label="no motion has this energy")]
     canvas.draw_legend(figure, handles)
     return figure
 
 
 def _draw_plane(ax, plane: xr.Dataset):
-    """Draw log10 P_psi/P_phi over I1/I3 and I2/I3 at one energy, and return the coloured cells.
+    """Draw P_psi/P_phi over I1/I3 and I2/I3 at one energy, and return the coloured cells.
 
     Cells with I2 < I1 or without a motion of this energy have the colour of the background. Impossible bodies are
-    hatched; a line marks the separatrix, I2/I3 = 1/E.
+    hatched; a line marks the separatrix, I2/I3 = 1/E, between the modes.
     """
-    I3 = float(plane["I3"])
+    I3, energy = float(plane["I3"]), float(plane["energy"])
     x, y = plane["I1"].values / I3, plane["I2"].values / I3
-    ratio = plane["period_ratio"].transpose("I2", "I1").values
-    margin = plane["triangle_margin"].transpose("I2", "I1").values
-    energy = float(plane["energy"])
+    is_half = y[:, None] >= x[None, :]
+    ratio, margin = (plane[name].transpose("I2", "I1").values for name in ("period_ratio", "triangle_margin"))
     ax.set_facecolor(colors.FAINT)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        log_ratio = np.where(y[:, None] >= x[None, :], np.log10(ratio), np.nan)
-    props = {"cmap": sheets.color_map("logarithm"), "vmin": -1.5, "vmax": 1.5, "rasterized": True}
-    mesh = ax.pcolormesh(axis_scales.cell_edges(x), axis_scales.cell_edges(y), log_ratio, **props)
-    margin = np.where(y[:, None] >= x[None, :], margin, 1.0)
-    impossible = ax.contourf(x, y, margin, [-np.inf, 0.0], colors="none", hatches=["////"])
+    props = {"cmap": sheets.color_map("logarithm"), "norm": LogNorm(0.03, 30.0), "rasterized": True}
+    mesh = ax.pcolormesh(*map(axis_scales.cell_edges, (x, y)), np.where(is_half, ratio, np.nan), **props)
+    impossible = ax.contourf(x, y, np.where(is_half, margin, 1.0), [-np.inf, 0.0], colors="none", hatches=["////"])
     impossible.set(edgecolor="black", lw=0.0)  # in every theme, as the cells are pale
     ax.axhline(1.0 / energy, color=colors.UNSTABLE, lw=1.4, gid="separatrix")
     ax.plot([0, 1], [0, 1], color=colors.INK, lw=0.8)
-    ax.set(
-        xlim=axis_scales.cell_edges(x)[[0, -1]], ylim=axis_scales.cell_edges(y)[[0, -1]], title=f"$E = {energy:.4g}$"
-    )
+    limits = [axis_scales.cell_edges(side)[[0, -1]] for side in (x, y)]
+    ax.set(xlim=limits[0], ylim=limits[1], title=f"$E = {energy:.4g}$")
+    text = {"path_effects": marks.halo(2.4), "ha": "center", "va": "center", "fontweight": "bold"}
+    for words, end in (("short-axis mode", limits[1][0]), ("long-axis mode", limits[1][1])):
+        if abs(end - 1.0 / energy) > MIN_LABEL_HEIGHT:
+            ax.text(0.5, 1.0 / energy + np.sign(end * energy - 1.0) * 0.05, words, **text)
     return mesh
 
 
-def _period_ratio_curve(body, energies):
-    """Return energies, and the closed-form ratio P_psi/P_phi (long-axis convention) of a body at each of them.
-
-    The energies span the given ones and are dense near the separatrix, E = I3/I2, at which the ratio diverges.
-    """
-    low, high, separatrix = energies.min(), energies.max(), float(body["I3"] / body["I2"])
-    distance = np.geomspace(1e-6, 1.0, STEPS)
-    dense_energies = np.concatenate(
-        [separatrix - (separatrix - low) * distance[::-1], [separatrix], separatrix + (high - separatrix) * distance]
-    )
-    points = {name: np.full(dense_energies.size, float(body[name])) for name in ("I1", "I2", "I3", "omega0")}
-    columns = tumbling.survey(points | {"energy": dense_energies}, 1e-9, measured=False)
-    return dense_energies, columns["period_psi_exact"] / columns["period_phi_long_axis_exact"]
-
-
-def _draw_curves(ds: xr.Dataset, target_ax: Axes | None) -> Figure:
-    """Draw the ratio of periods of each body over energy, or as a dot for a single energy."""
-    figure = canvas.make_figure(8.0, 5.0, TITLE, f"{ds.attrs.get('title', '')}\nlong-axis convention", ax=target_ax)
-    ax, is_curve = figure.subplots(), "energy" in ds.dims
-    for order, name in enumerate(ds["body"].values.tolist()):
-        body = ds.isel(body=order).squeeze().load()
+def _draw_curves(dataset: xr.Dataset, target_ax: Axes | None) -> Figure:
+    """Draw the ratio of periods of each body over energy, with observed ratios, or as a dot for a single energy."""
+    figure = canvas.make_figure(8.0, 5.0, *head_texts(dataset, TITLE, "long-axis convention"), ax=target_ax)
+    ax, is_curve = figure.subplots(), "energy" in dataset.dims
+    for order, name in enumerate(dataset["body"].values.tolist()):
+        body = dataset.isel(body=order).squeeze().load()
         color = colors.SERIES_COLORS[order % len(colors.SERIES_COLORS)]
-        if is_curve:
-            ax.plot(*_period_ratio_curve(body, body["energy"].values), color=color, label=name)
-            ax.axvline(float(body["I3"] / body["I2"]), color=color, lw=0.9, ls=DOTTED, gid="separatrix")
-        else:
+        if not is_curve:
             ax.plot(body["energy"].values, body["period_ratio"].values, color=color, marker="o", label=name)
+            continue
+        ax.plot(*period_ratio_curve(body)[:2], color=color, label=name)
+        ax.axvline(float(body["I3"] / body["I2"]), color=color, lw=0.9, ls=DOTTED, gid="separatrix")
+        dot: dict[str, Any] = {
+            "color": color,
+            "fmt": "o",
+            "ms": 6,
+            "mec": colors.INK,
+            "capsize": 3,
+            "gid": "observed",
+            "zorder": 4,
+        }
+        for ratio, error in OBSERVED.get(name, ()):
+            energies = energies_of_ratio(body, ratio)
+            ax.errorbar(energies, [ratio, ratio], yerr=error or None, **dot)
     ax.set(yscale="log", xlabel="$E = 2TI_3/L^2$", ylabel=r"$P_\psi/P_\phi$")
     axis_scales.set_plain_log_ticks(ax.yaxis)
     marks.draw_grid(ax)
-    separatrix = Line2D([], [], color=colors.QUIET, lw=0.9, ls=DOTTED, label="separatrix (ratio diverges)")
-    canvas.draw_legend(figure, [separatrix] * is_curve)
+    handles = [Line2D([], [], color=colors.QUIET, lw=0.9, ls=DOTTED, label="separatrix (ratio diverges)")]
+    if {*OBSERVED} & {*dataset["body"].values.tolist()}:
+        handles.append(
+            Line2D([], [], color=colors.QUIET, marker="o", ls="none", label="observed ratio, in either mode")
+        )
+    canvas.draw_legend(figure, handles * is_curve)
     return figure
 
 
@@ -135,12 +134,12 @@ def herpolhode(moments, omega, times) -> np.ndarray:
     return np.stack([space @ first, space @ np.cross(up, first)], axis=1)
 
 
-def draw_herpolhode(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
+def draw_herpolhode(dataset: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """Draw the herpolhodes of one body in both modes; return None if the map has no such motion."""
-    points = [point for point in (_point_of_mode(ds, "sam"), _point_of_mode(ds, "lam")) if point is not None]
+    points = [point for point in (_point_of_mode(dataset, "sam"), _point_of_mode(dataset, "lam")) if point is not None]
     if not points:
         return None
-    subtitle = f"{ds.attrs.get('title', '')}\nseen along L, closed form"
+    subtitle = f"{dataset.attrs.get('title', '')}\nseen along L, closed form"
     figure, axes = canvas.make_panels(len(points), (4.4, 4.4), "Herpolhodes", subtitle, ax)
     for ax, (mode, point) in zip(axes, points, strict=True):
         moments, omega = SYSTEM.start(point)
@@ -159,14 +158,14 @@ def draw_herpolhode(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     return figure
 
 
-def _point_of_mode(ds: xr.Dataset, mode: str):
+def _point_of_mode(dataset: xr.Dataset, mode: str):
     """Return (mode, a point of a possible body well within the mode's range of energy); None without such a point."""
     code = {"sam": 0, "lam": 1}[mode]
-    is_possible = (ds["mode_exact"] == code) & (ds["triangle_margin"] > 0.02)
+    is_possible = (dataset["mode_exact"] == code) & (dataset["triangle_margin"] > 0.02)
     places = np.argwhere(is_possible.values)
     if not len(places):
         return None
-    min_tilt, max_tilt = (ds[f"tilt_{name}"].values[tuple(places.T)] for name in ("least", "greatest"))
+    min_tilt, max_tilt = (dataset[f"tilt_{name}"].values[tuple(places.T)] for name in ("least", "greatest"))
     best = places[int(np.argmin(np.abs(max_tilt - min_tilt - 0.6 * (max_tilt - min_tilt).max())))]  # a wide ring
-    row = ds.isel(dict(zip(is_possible.dims, best.tolist(), strict=True)))
+    row = dataset.isel(dict(zip(is_possible.dims, best.tolist(), strict=True)))
     return mode, {name: row[name].item() for name in ("I1", "I2", "I3", "energy", "omega0")}

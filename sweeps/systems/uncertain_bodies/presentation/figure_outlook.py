@@ -9,6 +9,7 @@ from matplotlib.patches import Patch
 from kernels.free import linear
 from sweeps.figure import canvas, colors, marks, sheets
 from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.presentation.sentences import head_texts
 from sweeps.systems.uncertain_bodies.measuring import UNSTABLE
 from sweeps.systems.uncertain_bodies.system import MINOR_AXIS_REMARK
 
@@ -18,40 +19,48 @@ MAX_SHOWN = 4000  # draws of a panel
 STEPS = 220  # cells per side of the background
 
 
-def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
+def draw(dataset: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw the probability of instability and the range of the growth rate, per body and axis."""
-    rows = ds.isel({dim: 0 for dim in ("omega0", "epsilon", "phase") if dim in ds.dims})
-    rows, bodies = rows.isel(body=slice(MAX_BODIES)).load(), ds.sizes["body"]
+    rows = dataset.isel({dim: 0 for dim in ("omega0", "epsilon", "phase") if dim in dataset.dims})
+    rows, bodies = rows.isel(body=slice(MAX_BODIES)).load(), dataset.sizes["body"]
     count_text = f"; the first {MAX_BODIES} of {bodies:,} bodies" if bodies > MAX_BODIES else ""
-    bars = "bars: standard errors (left), 5 to 95 % of the draws about their median (right)"
-    subtitle = f"{ds.attrs.get('title', '')}\neach draw measured; {bars}{count_text}"
+    words = f"each draw measured; right: median and 5 to 95 % of the draws{count_text}"
     least_axis = np.argmin(np.stack([rows[name].values for name in MOMENTS]), axis=0) + 1
     if np.isin(least_axis, rows["axis"].values).any():
-        subtitle += f"\nspin {MINOR_AXIS_REMARK}"
-    cell, title = (4.3, 0.5 + 0.42 * rows.sizes["body"]), "Probability that each spin is unstable"
-    figure, (probability_ax, rate_ax) = canvas.make_panels(
-        2, cell, title, subtitle, ax, margins=(1.0, 1.4), sharey=True
+        words += f"\nspin {MINOR_AXIS_REMARK}"
+    cell, texts = (
+        (4.3, 0.5 + 0.34 * rows.sizes["body"]),
+        head_texts(dataset, "Probability that each spin is unstable", words),
     )
+    figure, (table_ax, rate_ax) = canvas.make_panels(2, cell, *texts, ax, margins=(1.0, 1.4), sharey=True)
+    _draw_table(table_ax, rows)
     for axis in rows["axis"].values.tolist():
-        _draw_axis(probability_ax, rate_ax, rows.sel(axis=axis), axis)
-    probability_ax.set(xlim=(-0.03, 1.03), xlabel="probability that the spin is unstable")
+        _draw_rates(rate_ax, rows.sel(axis=axis), axis)
     rate_ax.set(xlabel=r"growth rate over the spin rate, $\sigma/\omega_0$", xlim=(-0.02, None))
-    probability_ax.set_yticks(range(rows.sizes["body"]), [str(name)[:30] for name in rows["body"].values])
-    probability_ax.set_ylim(rows.sizes["body"] - 0.5, -0.5)
-    for ax in (probability_ax, rate_ax):
-        marks.draw_grid(ax, "x")
+    table_ax.set_yticks(range(rows.sizes["body"]), [str(name)[:30] for name in rows["body"].values])
+    table_ax.set_ylim(rows.sizes["body"] - 0.5, -0.5)
+    marks.draw_grid(rate_ax, "x")
     canvas.draw_legend(figure)
     return figure
 
 
-def _draw_axis(probability_ax, rate_ax, bodies: xr.Dataset, axis: int) -> None:
-    """Draw probabilities of instability, and median growth rates with 90 % ranges, of all bodies about one axis."""
+def _draw_table(panel, rows: xr.Dataset) -> None:
+    """Draw the probability of instability of all bodies about each axis as a coloured table, in percent."""
+    probability = rows["probability_unstable"].transpose("body", "axis").values
+    props = {"cmap": sheets.color_map("signed"), "vmin": -1.3, "vmax": 0.3, "gid": "likely", "edgecolors": colors.PAPER}
+    columns = np.arange(rows.sizes["axis"])
+    panel.pcolormesh(columns, np.arange(rows.sizes["body"]), -probability, shading="nearest", **props)
+    style = {"ha": "center", "va": "center", "fontsize": 8.5, "path_effects": marks.halo(2.0)}
+    for (row, column), value in np.ndenumerate(100.0 * probability):
+        panel.text(column, row, f"{value:.3g} %" if np.isfinite(value) else "?", **style)
+    panel.set_xticks(columns, [f"axis {axis}" for axis in rows["axis"].values])
+    panel.set(xlabel="probability that the spin is unstable")
+
+
+def _draw_rates(rate_ax, bodies: xr.Dataset, axis: int) -> None:
+    """Draw median growth rates, with 90 % ranges, of all bodies about one axis."""
     y = np.arange(bodies.sizes["body"]) + OFFSETS[axis]
     color = colors.SERIES_COLORS[axis - 1]
-    probability = bodies["probability_unstable"].values
-    probability_ax.errorbar(
-        probability, y, xerr=bodies["probability_unstable_error"].values, fmt="o", ms=4, color=color, gid="likely"
-    )
     quantiles = bodies["growth_rate_quantile"] / np.abs(bodies["omega0"])
     low, middle, high = (quantiles.sel(quantile=level).values for level in (0.05, 0.5, 0.95))
     rate_ax.hlines(y, low, high, color=color, lw=2)
