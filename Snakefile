@@ -18,6 +18,7 @@ from sweeps.pipeline.targets import (
     refuse_unknown,
     threads_of_shard,
 )
+from sweeps.systems import is_file
 
 # the interpreter that runs this workflow also runs its jobs; one that Ctrl-C ends says nothing more
 shell.prefix(
@@ -146,10 +147,17 @@ rule report:
     threads: 1
     resources:
         mem_mb=1000,
+    params:
+        # a Python file is run because the definition names it, never because the map does
+        definition=lambda wildcards: (
+            ["--definition", PLANS[wildcards.sweep].path]
+            if is_file(PLANS[wildcards.sweep].sweep.definition.system)
+            else []
+        ),
     message:
         "Writing the report of {wildcards.sweep}"
     shell:
-        "python -m sweeps report {input:q} --output {output:q} > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
+        "python -m sweeps report {input:q} {params.definition:q} --output {output:q} > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 
 
 rule handbook:

@@ -287,15 +287,22 @@ def add_report(commands) -> None:
     """Add the command `report`."""
     command = parser.add(commands, "report", "write the report of a map, one HTML file to explore", _write_report)
     parser.share(command, "map")
+    text = "the map's definition, to show motions by the equations of the Python file that it names"
+    command.add_argument("--definition", metavar="DEFINITION", help=text)
     parser.add_output(command, "the HTML file to write")
 
 
 def _write_report(args):
     """Write the report of a map as one HTML file, and print its name."""
+    from sweeps.points import catalogue, loading
     from sweeps.views import figures, report
 
+    path = args.definition and catalogue.find_definition(args.definition)
+    sweep = path and loading.read_sweep(path, check=False)
     with figures.open_to_draw(args.map) as ds:
-        report.write_report(ds, args.output)
+        if sweep and sweep.definition.text != ds.attrs.get("definition"):
+            raise RefusedError(f"--definition: {path} is not the map's; allowed: the definition that made the map")
+        report.write_report(ds, args.output, system=sweep and sweep.system)
     print(args.output)
 
 

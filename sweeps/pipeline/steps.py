@@ -62,15 +62,15 @@ def make_outputs(
                 machine.return_freed_memory()
             shutil.rmtree(folder / "shards", ignore_errors=True)
             yield folder / MAP
-            _write_views(folder, outdated, worker)
+            _write_views(sweep, folder, outdated, worker)
         covers_inputs = up_to_date.covers_text(inputs, sweep.definition.text) and not sweep.has_other_inputs
         up_to_date.record(folder, inputs if covers_inputs else "")
         yield from (folder / FIGURES, folder / REPORT)
 
 
-def _write_views(folder: Path, outdated: set[str], worker: Executor | None) -> None:
+def _write_views(sweep: Sweep, folder: Path, outdated: set[str], worker: Executor | None) -> None:
     """Write a map's pictures and report if they are outdated, in parallel if there is a worker."""
-    write_report = partial(_write_report, folder) if REPORT in outdated else lambda: None
+    write_report = partial(_write_report, sweep, folder) if REPORT in outdated else lambda: None
     if FIGURES in outdated:
         _draw_pictures(folder, worker, write_report)
     else:
@@ -90,13 +90,13 @@ def _draw_pictures(folder: Path, worker: Executor | None, meanwhile: Callable[[]
     os.utime(pictures)
 
 
-def _write_report(folder: Path) -> None:
+def _write_report(sweep: Sweep, folder: Path) -> None:
     """Write the report of the map in a results folder."""
     from sweeps.views import figures, report
 
     progress.print_line(f"writing {folder / REPORT}")
     with figures.open_to_draw(folder / MAP) as ds:
-        report.write_report(ds, folder / REPORT)
+        report.write_report(ds, folder / REPORT, system=sweep.system)
 
 
 # -- the map

@@ -145,6 +145,11 @@ class Described(SpectralSystem):
         return model
 
     @property
+    def is_unread(self) -> bool:
+        """Return True if the system is that of a Python file which only a map names."""
+        return not self.source
+
+    @property
     def references(self) -> str:
         """Source of the theory."""
         return self.description.references or self.literature

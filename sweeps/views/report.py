@@ -25,6 +25,7 @@ from sweeps.maps.summary import Summary, comparison_rule, format_share
 from sweeps.process.files import replace_output
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.variables import POINT, Role
+from sweeps.systems import make_presentation
 from sweeps.systems.presentation import Opening, Page
 from sweeps.views import plotly
 from sweeps.views.report_columns import (
@@ -40,6 +41,8 @@ from sweeps.views.report_columns import (
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from sweeps.systems.system import Dynamics
 
 MAX_PAGE_BYTES = 8_000_000  # default size of a page, which browsers open in a second or two
 JSON_OPTIONS: dict[str, Any] = {"allow_nan": False, "ensure_ascii": False, "separators": (",", ":")}
@@ -71,19 +74,24 @@ class PageContents:
         return self.summary.description
 
 
-def write_report(ds: "xr.Dataset", path: str | Path, limit: int = MAX_PAGE_BYTES) -> None:
+def write_report(
+    ds: "xr.Dataset", path: str | Path, limit: int = MAX_PAGE_BYTES, system: "Dynamics | None" = None
+) -> None:
     """Write the report of a map, which is read once, box by box, so that it may exceed the memory.
 
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
         path: the HTML file, replaced when the new file is complete.
         limit: maximum size of the file, bytes; a map that does not fit is thinned, and the page states it.
+        system: the map's system, if it is one of a Python file, which is not run because a map names it; left out, the
+            page of such a map has no motion by its equations.
 
     Raises:
         ValueError: if not even a single point of the map fits into `limit`.
     """
     description = describe_map(ds)
-    system_page, opening = description.presentation.page(ds), description.presentation.opening(ds)
+    presentation = make_presentation(system) if system else description.presentation
+    system_page, opening = presentation.page(ds), presentation.opening(ds)
     summary, columns, page_grid = read_columns(ds, description)
     contents = PageContents(system_page, opening, summary)
     packed_columns, page_grid = _fit_columns(contents, columns, page_grid, limit)

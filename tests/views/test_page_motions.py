@@ -192,6 +192,74 @@ def test_a_growing_motion_starts_along_its_floquet_vector(visit, pages):
 
 
 @pytest.mark.slow
+def test_a_chosen_eigenvalue_moves_in_the_shape_of_its_mode(visit, pages):
+    """A satellite in the Lagrange region: started in the shape of any other mode, it would leave linear theory."""
+    grid = {"k1": [0.55, 0.6], "k3": [0.2, 0.3]}
+    report.write_report(sweeps.survey({"system": "gravity_gradient", "grid": grid}), pages / "satellite.html")
+    tab = visit(pages / "satellite.html", "#k1=0.6&k3=0.3&_epsilon=1e-6")
+    page = tab.page
+    words = page.evaluate("polhode.map.mode.words")
+    everything = words.replace("\xa0", " ")
+    for number in (2, 1, 3, 4, 5, 6):  # 1 is that with which the page opens
+        page.locator("[data-dimension=eigenvalue] select").select_option(label=str(number))
+        tab.until("(words) => polhode.map.mode.words !== words", words)
+        page.wait_for_timeout(300)
+        period = f"{2 * math.pi / abs(parsed(tab.row('eigenvalue_imag')[1])):.4g} s"
+        assert period in everything
+        shown = page.inner_text("#mode-words").replace("\xa0", " ")
+        assert shown.startswith(f"Perturbations oscillate with period {period}.")
+        followed, theory, rest = page.evaluate(
+            "(({ followed, theory, rest }) => [followed, theory, rest.slice(0, followed.length)])(polhode.map.mode)"
+        )
+        amplitude = np.abs(np.transpose(followed) - rest).max()
+        assert amplitude > 1e-7  # epsilon is 1e-6, over sizes of about 1
+        np.testing.assert_allclose(followed, theory, atol=1e-3 * amplitude)  # the integration's error is 1e-4 of it
+        assert f"_mode={number}" in page.evaluate("polhode.link()")
+
+
+BEADS = """
+from sympy import cos, sin
+from sweeps.mechanics import System
+
+system = System("Beads on a turning hoop")
+W = system.parameter("spin_rate", "rad s-1", default=3.0)
+R = system.parameter("radius", "m", default=0.5, positive=True)
+q = system.coordinate("angle", "rad", bounds=(-3, 3))
+system.particle(1.0, (R * sin(q) * cos(W * system.time), R * sin(q) * sin(W * system.time), -R * cos(q)))
+system.potential(-9.81 * R * cos(q))
+system.equilibrium("bottom", {q: 0})
+"""
+
+
+@pytest.mark.slow
+def test_an_own_system_moves_its_particles_if_the_definition_is_given(visit, pages, tmp_path, monkeypatch, capsys):
+    """Without a picture of its own; its file is not run for a report of the map alone."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "beads.py").write_text(BEADS, encoding="utf-8")
+    definition = "system: beads.py\ngrid: {spin_rate: [1.0, 2.0], radius: [0.3, 0.5]}\n"
+    (tmp_path / "beads.yaml").write_text(definition, encoding="utf-8")
+    write_map(sweeps.survey(tmp_path / "beads.yaml"), tmp_path / "map.nc")
+    words = ["report", "map.nc", "-o", str(tmp_path / "page.html")]
+    assert main(words) == 0
+    assert '"equations":null' in (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert main([*words, "--definition", "tiny"]) == 2
+    assert "is not the map's; allowed: the definition that made the map" in capsys.readouterr().err
+    assert main([*words, "--definition", "beads.yaml"]) == 0
+    tab = visit(tmp_path / "page.html", "#spin_rate=2&radius=0.5&_epsilon=0.3")
+    assert tab.page.locator("#mechanism-canvas").is_visible()
+    angles, places = tab.page.evaluate(
+        """() => {
+            const { motion, times, equations } = polhode.map.mode;
+            const place = (y, k) => equations.picture(times[k], y, "mass")[0].points[0];
+            return [motion.map(([angle]) => angle), motion.map(place)];
+        }"""
+    )
+    expected = 0.5 * np.transpose([np.sin(angles), -np.cos(angles)])
+    np.testing.assert_allclose(places, expected, atol=1e-12)  # roundings
+    assert np.ptp(angles) > 0.5  # from 0.3 to −0.3
+
+
+@pytest.mark.slow
 def test_a_bodys_own_mesh_turns_and_no_file_is_read_for_it(visit, pages, tmp_path):
     trimesh = pytest.importorskip("trimesh")
     trimesh.creation.box((3.0, 2.0, 1.0)).export(tmp_path / "brick.stl")

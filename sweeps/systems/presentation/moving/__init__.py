@@ -22,14 +22,14 @@ FILES = (DRAWING, *(_FOLDER / name for name in _NAMES))
 def page_facts(ds: Dataset, system: "Described", suffix: str = "equilibrium") -> dict:
     """Return the equations for the page's scripts; None in their place if the map lacks a variable that they need.
 
-    A system's file that is only named in a map is not run.
+    The equations of a Python file that only a map names are unknown: it is not run.
 
     Args:
         ds: the map.
         system: its system.
         suffix: ending of the names of the variables that contain the initial place of a motion.
     """
-    if system.name.endswith(".py"):
+    if system.is_unread:
         return {"equations": None}
     description = system.description
     states = description.kept or tuple(description.states.values())

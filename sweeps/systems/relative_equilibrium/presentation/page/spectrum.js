@@ -43,7 +43,9 @@ function spectrumTraces(values) {
   const text = values.map(({ number, measured, error, theory }) => `${number}: ${complexText(measured)}<br>± ${numberText(error[0], 2)}, ± ${numberText(error[1], 2)}<br>theory ${complexText(theory)}`);
   const rings = { type: "scatter", mode: "markers", name: "theory", x: pick("theory", 0), y: pick("theory", 1), marker: { symbol: "circle-open", size: 16, color: pageColor("ink"), line: { width: 1.6 } }, hoverinfo: "skip" };
   const dots = { type: "scatter", mode: "markers", name: "measured, with error", x: pick("measured", 0), y: pick("measured", 1), error_x: bars(0), error_y: bars(1), marker: { color, size: 8 }, text, hovertemplate: "%{text}<extra></extra>" };
-  return [rings, dots];
+  const alone = values.find(({ number }) => number === state.mode);
+  const chosen = { type: "scatter", mode: "markers", name: "its mode is shown alone", x: [alone?.measured[0]], y: [alone?.measured[1]], marker: { symbol: "diamond-open", size: 24, color: pageColor("accent"), line: { width: 2 } }, hoverinfo: "skip" };
+  return alone ? [rings, dots, chosen] : [rings, dots];
 }
 
 /** Room around what is drawn; an axis along which all is zero to rounding gets that of the other. */
@@ -80,4 +82,8 @@ function buildSpectrum() {
   document.getElementById("spectrum").hidden = false;
   drawSpectrum();
   onChange(atRest(drawSpectrum));
+  document.getElementById("spectrum-plot").on("plotly_click", ({ points: [{ curveNumber, pointNumber }] }) => {
+    const { number } = spectrum()[pointNumber];
+    if (curveNumber < 2) choose({ mode: number === state.mode ? null : number, place: placeWith({ eigenvalue: number - 1 }) });
+  });
 }
