@@ -346,6 +346,9 @@ def _print_energies(args):
         rows = body or _energies_of_all_bodies(args, periods)
     else:
         rows = assignments.list_assignments(periods, args.ratios, args.sigma_ratios)
+    if args.ratios and args.ratios[0] > args.ratios[1]:
+        I2, I1 = args.ratios
+        print(f"--ratios: taken as I1/I3 = {I1:g}, I2/I3 = {I2:g}: I1 is the least moment", file=sys.stderr)
     if args.json:
         return printing.print_json(rows)
     for pair in [{"modes": rows}] if is_known else rows:

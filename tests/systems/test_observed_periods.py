@@ -14,6 +14,7 @@ from scipy.special import ndtr
 
 import sweeps
 from kernels.events import tumbling
+from sweeps.__main__ import main
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.observed_periods import answers, assignments
 from sweeps.systems.observed_periods.system import energy_of, exclusion
@@ -178,7 +179,11 @@ def test_the_verdict_uses_the_errors(capsys, options, words):
 
 def test_krylov_on_the_command_line_and_in_python(capsys):
     command = ("tumbler", "--P-psi", 368.7, "--P-phi", 67.27, "--unit", "h", "--ratios", 0.96, 0.36, "--sigma-phi", 0.1)
-    output = json.loads(run_command(capsys, *command, "--json"))
+    assert main([*map(str, command), "--json"]) == 0
+    text, note = capsys.readouterr()
+    output = json.loads(text)
+    assert note.endswith("--ratios: taken as I1/I3 = 0.36, I2/I3 = 0.96: I1 is the least moment\n")
+    assert "--ratios" not in run_command(capsys, "tumbler", *OUMUAMUA, "--ratios", 0.36, 0.96)
     modes = sweeps.tumbler(368.7, 67.27, ratios=(0.36, 0.96), sigma_phi=0.1)
     assert output == modes
     short = modes[0]
