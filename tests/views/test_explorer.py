@@ -406,6 +406,9 @@ KINDS = {
     "equilibria": tops,
     "uncertain": lambda: sweeps.survey(UNCERTAIN),
     "points": lambda: sweeps.survey(DRAWN),
+    "orbit": lambda: sweeps.survey(
+        {"system": "orbit", "grid": {"k1": [0.3, 0.5], "k3": 0.2, "eccentricity": [0.0, 0.1]}}
+    ),
     "names": strange_names,
 }
 
