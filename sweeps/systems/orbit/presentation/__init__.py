@@ -63,7 +63,7 @@ class OrbitPresentation(Presentation):
 
     def animations(self, ds: Dataset) -> Animations:
         """Return the animation of a body that leaves its attitude."""
-        return {"tumble": self.drawing("figure_tumble.frames", ds, str(ds.attrs.get("title", "")))}
+        return {"tumble": self.drawing("figure_tumble.frames", ds, str(ds.attrs.get("title", "")), APPEARANCE.symbols)}
 
     def _cuts(self, ds: Dataset) -> Iterator[tuple[str, dict, str]]:
         """Yield (plane, values at which the map is cut, name of the figure)."""

@@ -1,16 +1,18 @@
 """Animation of a body that leaves its attitude: seen from the orbit's frame, above the tilt out of the plane.
 
-The body begins a hundredth of a radian beside the reference motion of a point with fast growth out of the plane,
-and obeys the full equations. The vertical line is the orbit's normal; the trail is that of axis 1.
+The body begins a hundredth of a radian beside the reference motion of a point with fast growth out of the plane, the
+nearest to `start_at` of the definition, and obeys the full equations. The vertical line is the orbit's normal; the
+trail is that of axis 1.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import xarray as xr
 
 from sweeps.figure import colors, sheets, wording
+from sweeps.reading.definitions import definition_of
 from sweeps.systems.bodies.solid import solid
 from sweeps.systems.motion import multiply, rotate_vectors
 from sweeps.systems.orbit import motion
@@ -23,16 +25,24 @@ INCHES = (5.0, 5.4)
 DOTS = 90  # pixels per inch
 NUM_ORBITS = 12.0  # shown orbits: a growth of 0.5 e-folds an orbit then reaches large tilts
 MIN_GROWTH = 0.3  # e-folds an orbit; a slower growth would show nothing within these orbits
+DISTANCE_WEIGHT = 1e3  # e-folds an orbit; weight of the distance from `start_at`, over the range, against the growth
 MAX_GROWTH = 1.0  # e-folds an orbit; a faster growth would show little of the reference motion
 
 
-def frames(ds: xr.Dataset, title: str) -> Iterator[np.ndarray]:
-    """Yield the frames of the animation, shape (height, width, 4); none if no point of the map grows fast enough."""
+def frames(ds: xr.Dataset, title: str, symbols: Mapping) -> Iterator[np.ndarray]:
+    """Yield the frames of the animation, shape (height, width, 4); none if no point of the map grows fast enough.
+
+    `symbols` has the symbols of parameters by name.
+    """
     growth = ds["growth_per_orbit"]
-    growth = growth.where((ds["plane"] == "out_of_plane") & (ds["triangle_margin"] >= 0.0) & (growth < MAX_GROWTH))
-    if not growth.max() > MIN_GROWTH:
+    merit = growth.where((ds["plane"] == "out_of_plane") & (ds["triangle_margin"] >= 0.0))
+    merit = merit.where((growth > MIN_GROWTH) & (growth < MAX_GROWTH))
+    if not merit.notnull().any():
         return
-    point = {str(name): growth[name].values[index] for name, index in growth.argmax(...).items()}
+    for name, value in (definition_of(ds.attrs).get("start_at") or {}).items():
+        if ds.sizes.get(name, 1) > 1:
+            merit = merit - DISTANCE_WEIGHT * abs(ds[name] - float(value)) / np.ptp(ds[name].values)
+    point = {str(name): merit[name].values[index] for name, index in merit.argmax(...).items()}
     factor = FINER * sheets.current_film.get().frame_factor
     rate = math.sqrt(float(point["mu"]) / float(point["semi_major_axis"])) / float(point["semi_major_axis"])
     end = 2.0 * math.pi * NUM_ORBITS / rate
@@ -47,7 +57,7 @@ def frames(ds: xr.Dataset, title: str) -> Iterator[np.ndarray]:
     if not np.isfinite(tilt).all():  # a tilt of 90 degrees about axis 2, at which the angles are singular
         return
     names = [name for name in point if ds.sizes[name] > 1 and name != "plane"]
-    words = ", ".join(wording.format_coordinate(ds, name, point[name]) for name in names)
+    words = ", ".join(wording.format_coordinate(ds, name, point[name], symbols) for name in names)
     figure = animation.empty_stage(INCHES, DOTS, title, f"{words}; seen from the orbit's frame", (11.0, 8.0))
     trace, place = figure.add_axes((0.12, 0.1, 0.84, 0.2)), figure.add_axes((0.1, 0.34, 0.8, 0.52))
     ratio, asymmetry = inertia_ratios({name: np.array(value) for name, value in point.items()})
