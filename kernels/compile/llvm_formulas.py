@@ -160,13 +160,11 @@ class _Writer:
     def __init__(self, builder, variables=None, scope=None, data=None, lane=None):
         from llvmlite import ir
 
-        self.builder, self.variables, self.scope, self.data, self.lane = (
-            builder,
-            variables or {},
-            scope or {},
-            data,
-            lane,
-        )
+        self.builder = builder
+        self.variables = variables or {}
+        self.scope = scope or {}
+        self.data = data
+        self.lane = lane
         self.double, self.bit, self.long = ir.DoubleType(), ir.IntType(1), ir.IntType(64)
         self._binary = {
             **{ast.Add: builder.fadd, ast.Sub: builder.fsub, ast.Mult: builder.fmul, ast.Div: builder.fdiv},

@@ -133,13 +133,11 @@ def _write_samples(rows, S, terms, step, low, share, times, number, next_sample,
     whole_vectors()
     N = out.shape[1]
     for lane in range(W):
-        run, t, remainder, per_step, num_inside = (
-            number[lane],
-            S[N, lane],
-            low[N, lane],
-            1.0 / S[step, lane],
-            NUM_TOGETHER,
-        )
+        run = number[lane]
+        t = S[N, lane]
+        remainder = low[N, lane]
+        per_step = 1.0 / S[step, lane]
+        num_inside = NUM_TOGETHER
         end = t + (share[lane] * S[step, lane] + remainder)
         while num_inside == NUM_TOGETHER:
             num_inside, first = 0, max(next_sample[lane], 0)

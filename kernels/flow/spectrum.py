@@ -206,13 +206,11 @@ def sum_normal_equations(Y, weight, M, X0, runs, count, n, by_x, squares):
     """
     whole_vectors()
     P, N = runs * n, -(-n // FOUR) * FOUR
-    V, Z, A, X, live = (
-        scratch((P + 2) * n * FOUR),
-        scratch(2 * (P + 1) * N),
-        scratch(n * N),
-        scratch(P + n),
-        scratch(1),
-    )
+    V = scratch((P + 2) * n * FOUR)
+    Z = scratch(2 * (P + 1) * N)
+    A = scratch(n * N)
+    X = scratch(P + n)
+    live = scratch(1)
     by_x[:], squares[:] = 0.0, 0.0
     for i in range(n):
         for at in range(n * W):
@@ -269,13 +267,11 @@ def fit_block(Y, weight, runs, count, n, spacing, floor, matrix_error, factor, l
     P = runs * n
     Y, counts = Y.reshape(Y.size), weight.reshape(weight.size)
     M, X0, by_x, squares = scratch(n * n), scratch(P), scratch((P + 2) * n * n), scratch((P + 1) * (P + 1))
-    excitation, residuals, change, covariance, noise = (
-        scratch(1),
-        scratch(1),
-        scratch(1),
-        rows_of(P * P + 1),
-        scratch(1),
-    )
+    excitation = scratch(1)
+    residuals = scratch(1)
+    change = scratch(1)
+    covariance = rows_of(P * P + 1)
+    noise = scratch(1)
     change[:], noise[:] = math.inf, math.nan
     sum_moments(Y, counts, runs, count, n, by_x, squares)
     find_start(as_lanes(by_x), n, as_lanes(M), excitation)
