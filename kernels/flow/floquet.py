@@ -56,10 +56,6 @@ class Matrices(NamedTuple):
     #: the determinant (d = 2) or second invariant (d = 4) and its error, NaN if those of the matrix are as accurate
     second: np.ndarray | None = None
 
-    def block(self, states):
-        """Return the matrices of independent states; their second compounds are unknown."""
-        return Matrices(*(x[:, states][:, :, states] for x in self[:2]))
-
     def set_points(self, points, matrices):
         """Write the matrices of some points."""
         self.matrix[points], self.error[points] = matrices.matrix, matrices.error

@@ -390,8 +390,8 @@ def measure_matrices(advance, base, columns, inverses, owner, numbers):
     Args:
         advance (function): ``advance(S, columns, steps)`` advances the base motion, the first rows of S, and perturbed
             motions of it.
-        base (numpy.ndarray, shape (segments or 1, rows, points)): The base motion at the start of each segment; or of
-            the first, if motions continue from it.
+        base (numpy.ndarray, shape (starts, rows, points)): The base motion at evenly spaced starts of segments, from
+            which it continues through the segments up to the next.
         columns (numpy.ndarray, shape (motions, segments or 1, rows, points)): Perturbed motions at these starts: those
             of positive sign, a motion from twice their sum if equations are not linear, then those of negative sign.
         inverses (numpy.ndarray, shape (n + 1, points)): Inverse of the states' sizes; the base motion's contribution to
@@ -418,8 +418,8 @@ def measure_matrices(advance, base, columns, inverses, owner, numbers):
         for lane in range(W):
             truncation[lane], effect[lane] = 0.0, 0.0
         for s in range(count):
-            if s < len(base):
-                load(base[s], first, S.reshape(rows, W))
+            if s * len(base) % count == 0:
+                load(base[s * len(base) // count], first, S.reshape(rows, W))
             for c in range(len(columns)):
                 load(columns[c, min(s, columns.shape[1] - 1)], first, C[c].reshape(motions, W))
             advance(S, C, steps)

@@ -169,6 +169,9 @@ class System:
         self.rates: dict[sp.Symbol, sp.Expr] = {}
         #: the states are smooth functions of canonical ones, and the rates Hamilton's: multipliers come in pairs
         self.is_hamiltonian = False
+        #: the mirror image in time of a motion from x = 0, x the first state, is itself, and perturbations of half of
+        #: the states, coordinates or momenta, change their sign in it
+        self.is_reversible = False
         self.conserved_quantities: dict[str, sp.Expr] = {}
         self.picture_parts: list[PicturePart] = []
         self.attitude_equations: tuple[tuple[sp.Expr, ...], ...] | None = None

@@ -33,10 +33,15 @@ RANK = 1e-9  # singular values of the conserved quantities' gradients below it a
 
 
 class Model:
-    """A system's equations and generated code, and its points."""
+    """A system's equations and generated code, and its points.
 
-    def __init__(self, system: System):
-        self.system = system
+    With a `block` of states, which are independent of all others to first order, the multipliers of a periodic motion
+    are those of the block, by its variational flow; if there are others, the block vanishes in the motion. The first
+    half of the block are coordinates, the second momenta in their order, or velocities.
+    """
+
+    def __init__(self, system: System, block: tuple[int, ...] | None = None):
+        self.system, self.block = system, block
         self.equations = derive(system)
         self.names = tuple(system.parameters)
         energy = ("energy",) if self.equations.conservative else ()
@@ -61,12 +66,20 @@ class Model:
 
     def perturbed_code(self, still: bool) -> "PerturbedCode":
         """Return the generated kernel of perturbations of a motion: at rest at all times, or not."""
-        from sweeps.mechanics.perturbed import PerturbedCode
+        from sweeps.mechanics.perturbed import PerturbedCode, TangentCode
 
+        still = still and self.block is None
         with self._lock:
             if still not in self._perturbed:
-                self._perturbed[still] = PerturbedCode(graph(self.equations, near=False), still)
+                rates = graph(self.equations, near=False)
+                code = PerturbedCode(rates, still) if self.block is None else TangentCode(rates, self.block)
+                self._perturbed[still] = code
             return self._perturbed[still]
+
+    @property
+    def is_linear(self) -> bool:
+        """True if the equations are linear; unknown, hence False, if only infinitesimal perturbations are integrated."""
+        return self.block is None and self.perturbed_code(False).linear
 
     def perturbed(self, still: bool) -> "PerturbedCode":
         """Return the same, compiled, after the steps of a base motion that moves: one thread loads them for all."""
@@ -83,7 +96,7 @@ class Model:
         """Rates and Jacobian at any time, in NumPy."""
         from sweeps.mechanics.periodic import Variation
 
-        return Variation(self.equations)
+        return Variation(self.equations, self.block)
 
     @cached_property
     def steepness(self) -> "Steepness":

@@ -31,6 +31,7 @@ Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7
 
 from collections.abc import Iterator
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -81,14 +82,17 @@ class Variation:
     alone are evaluated once for all points.
     """
 
-    def __init__(self, equations: Equations):
+    def __init__(self, equations: Equations, block: tuple[int, ...] | None = None):
         self.equations, self.m, self.is_second_order = equations, equations.m, bool(equations.v)
+        self.block = tuple(range(equations.n)) if block is None else block  #: states of the flow
         self._phase = phase = sp.Symbol("phase", real=True)
         self._kernels: dict[bool, tuple] = {}
         of_phase = {equations.system.time: phase * equations.system.given_period}
         forces, masses = ([e.subs(of_phase) for e in rows or ()] for rows in (equations.forces, equations.a))
         self.has_jumps = bool(equations.switches)
         slopes, mirror = sp.Matrix(forces).jacobian(equations.states), {x: -x for x in equations.states}
+        if is_part := len(self.block) < equations.n:  # the block vanishes in the base motion
+            slopes = slopes.subs({equations.states[i]: 0 for i in self.block})
         J, a = slopes.subs(equations.still), [e.subs(equations.still) for e in masses]
         odd_terms = [*(J - J.subs(phase, -phase)), *J[:, self.m :], *(e.diff(phase) for e in a)]
         odd_terms = (
@@ -105,10 +109,17 @@ class Variation:
         if any(e != 0 for i, e in enumerate(a) if i % (self.m + 1)):
             has_slope[:] = has_slope.any(axis=0)  # masses couple accelerations that forces do not
         #: number of unknowns of the variational flow: of coordinates, unless steps differ, accelerations
-        self.unknowns = equations.n if self.has_jumps else self.m
-        has_slope = np.vstack([np.eye(self.m, equations.n, self.m)[: self.unknowns - self.m] != 0, has_slope])
-        #: at rest or not → (i, j): the acceleration or rate i depends on the state j
-        self.entries = {rest: tuple(map(tuple, np.argwhere(has_slope | (not rest)).tolist())) for rest in (True, False)}
+        self.unknowns = len(self.block) if self.has_jumps or is_part else self.m
+        #: rates of coordinates, which are equations of the flow if there are jumps
+        self.velocities = np.eye(self.m, equations.n, self.m)[: equations.n - self.m if self.has_jumps else 0]
+        has_slope = np.vstack([self.velocities != 0, has_slope])
+        if is_part:
+            has_slope = has_slope[np.ix_(self.block, self.block)]
+        #: at rest or not → (i, j): the acceleration or rate i of the block depends on its state j
+        self.entries = {
+            rest: tuple(map(tuple, np.argwhere(has_slope | (not rest and not is_part)).tolist()))
+            for rest in (True, False)
+        }
         self._moving_blocks = self._lambdify(
             [*slopes, *masses, *(e.diff(q) for e in masses for q in equations.q), *forces]
         )
@@ -124,7 +135,7 @@ class Variation:
     def kernels(self, still):
         """Return the compiled function of `kernels.flow.variational.integrate_flow`, and which states are coupled."""
         if still not in self._kernels:
-            m, n, entries = self.unknowns, self.equations.n, self.entries[still]
+            m, n, entries = self.unknowns, len(self.block), self.entries[still]
             couplings = [(i, i + n - m, j, j % m) for i, j in [*entries, *np.ndindex(m, 1)]]
             self._kernels[still] = jit.passed(variational.compile_step(m, n, entries)), find_coupled(n, couplings)
         return self._kernels[still]
@@ -216,14 +227,13 @@ class Variation:
             terms = [[[next(values) for _ in range(n)] for _ in range(m)] for _ in range(factors.shape[1])]
             a = [[next(values) for _ in range(m)] for _ in range(m)] if self.is_second_order else None
             terms = [solve_elementwise(a, J) if self.is_second_order else J for J in terms]
+            slopes = np.empty((len(terms), len(entries), points))
         else:
-            all_slopes, factors = self.rates_and_slopes(parameters, x, phases, at_rest)[1], np.empty((len(phases), 0))
-            velocities = np.eye(m, n, m)[: self.unknowns - m].tolist()  # they are states of the flow if there are jumps
-            terms = [[*velocities, *([y[t] for y in row] for row in all_slopes)] for t in range(len(phases))]
-        slopes = np.empty((len(terms), len(entries), points))
-        for term, J in zip(slopes, terms, strict=True):
-            for row, (i, j) in zip(term, entries, strict=True):
-                row[:] = J[i][j]
+            factors, slopes = np.empty((len(phases), 0)), np.empty((len(phases), len(entries), points))
+            terms = [[*self.velocities.tolist(), *self.rates_and_slopes(parameters, x, phases, at_rest)[1]]]
+        for k, J in enumerate(terms):
+            for e, (i, j) in enumerate(entries):
+                slopes[k if factors.size else slice(None), e] = J[self.block[i]][self.block[j]]
         return factors, slopes
 
     def rates_and_slopes(self, parameters, x, phases, at_rest=False) -> tuple[list, list]:
@@ -307,17 +317,29 @@ def pairing_conditions(equations: Equations) -> list[sp.Expr]:
     return term_coefficients(conditions, (*equations.states, equations.system.time, *equations.switches))
 
 
+class KnownMotions(NamedTuple):
+    """Periodic motions of points in some of their states: attributes of `BaseMotions`."""
+
+    nodes: np.ndarray
+    num_nodes: np.ndarray
+    sizes: np.ndarray
+    residual: np.ndarray
+    status: np.ndarray
+    error: np.ndarray
+
+
 class BaseMotions:
     """The periodic motions of points: of a model, parameters (points,), and indices of names, (points,).
 
-    The states `subspace` are independent of all others to first order; motions `within` them, of a model with these
-    states alone, are taken as they are. Motions with known `starts`, (points, states), are not searched for.
+    If the model has a block of states that vanish, motions `within` the others, of a model with these alone, are taken
+    as they are. Motions with known `starts`, (points, states), are not searched for.
     """
 
     @np.errstate(all="ignore")
-    def __init__(self, model, parameters, slot, within: "BaseMotions | None" = None, subspace=None, starts=None):
+    def __init__(self, model, parameters, slot, within: KnownMotions | None = None, starts=None):
         parameters = model.with_switches(parameters)
-        self.model, self.parameters, self.subspace, size = model, parameters, subspace, slot.size
+        self.model, self.parameters, size = model, parameters, slot.size
+        self.subspace = np.setdiff1d(np.arange(model.equations.n), model.variation.block)
         places = np.take_along_axis(model.landscape.starts(parameters), slot[:, None, None], axis=1)[:, 0]
         self.start = np.zeros((size, model.equations.n))
         self.start[:, : places.shape[1]] = places
@@ -331,8 +353,10 @@ class BaseMotions:
         self.period, self.has_pairs, self.is_even = model.variation.prove_symmetries(parameters)
         self._cut()
         self.is_still = self._measure_sizes(places)
+        if within is not None:  # a motion may begin where it could rest
+            self.is_still &= ~within.nodes.any(axis=(1, 2))
         self.is_finite = np.isfinite(self.scale)
-        self.is_even &= self.is_still & (self.num_pieces == 1)
+        self.is_even &= self.is_still
         self.is_odd = self.is_still & model.variation.is_odd & ~self.start.any(axis=1)
         if not self.is_still.all():
             model.perturbed(False)
@@ -342,6 +366,11 @@ class BaseMotions:
                 self._measure_sizes(places)
             else:
                 self._embed(within, places)
+        if model.system.is_reversible:  # a motion from x = 0 is its own mirror image in time
+            is_odd_start = np.abs(self.start[:, 0]) <= motions.ERROR_FACTOR * self.error * self.sizes[:, 0]
+            self.start[is_odd_start, 0] = self.nodes[is_odd_start, 0, 0] = 0.0
+            self.is_even = self.start[:, 0] == 0.0
+        self.is_even &= self.num_pieces == 1
         sides = [[*parameters[: len(parameters) - side.shape[1]], *side.T] for side in np.swapaxes(self.switches, 0, 1)]
         self.steepness = np.max([model.steepness([*side, *self.start.T]) for side in sides], axis=0)
 
@@ -390,7 +419,7 @@ class BaseMotions:
         if self.model.equations.v:
             sizes = jacobians.add_velocity_sizes(terms, sizes)
         self.scale, self.sizes = jacobians.rate_bounds(terms, sizes)
-        if self.subspace is not None:  # no term determines the sizes of independent states relative to all others
+        if self.subspace.size:  # no term determines the sizes of independent states relative to all others
             largest = np.delete(self.sizes, self.subspace, axis=1).max(axis=1)
             self.sizes[:, self.subspace] *= (largest / self.sizes[:, self.subspace].max(axis=1))[:, None]
         return (rates <= MAX_RATE_AT_REST * np.einsum("pij,pj->pi", terms, self.sizes)).all(axis=1)
@@ -409,7 +438,7 @@ class BaseMotions:
         self.nodes = np.repeat(self.start[:, None], self.num_nodes.max(), axis=1)
         if starts is not None:
             self.status[which[~np.isfinite(starts[which]).all(axis=1)]] = statuses.NOT_FOUND
-        elif not self.model.perturbed_code(False).linear:
+        elif not self.model.is_linear:
 
             def rates(numbers, x, phases):
                 return self.mean_rates(which[numbers], x, phases)
@@ -501,7 +530,7 @@ class BaseMotions:
         The motion is locally unique (Newton and Kantorovich) if, within the uncertainty of states and slopes of the
         segments' maps, the slopes change by less than half of their least singular value.
         """
-        n, K, linear = self.model.equations.n, nodes.shape[1], self.model.perturbed_code(False).linear
+        n, K, linear = self.model.equations.n, nodes.shape[1], self.model.is_linear
         perturbations, first = SLOPE_STEP * np.vstack([np.zeros(n), np.eye(n), -np.eye(n)]), nodes.copy()
         self.status[which] = statuses.NOT_FOUND  # unless it closes
         segments, count = np.arange(K), len(perturbations)
@@ -560,9 +589,7 @@ class BaseMotions:
                 times = self.period[group, None] * self.between_jumps(np.insert(inside, 0, k / K), group)[0].T
                 *_, constants = self.between_jumps(np.array([k / K]), group)
                 constants = list(map(np.ravel, constants))
-                setting = self.nodes[group, k], times, 1e-13, self.sizes[group]
-                ends = motions.solve(self.model.moving, constants, *setting)[0]
-                states.append(ends[:, 1:])
+                states.append(motions.states_at(self.model.moving, constants, self.nodes[group, k], times, 1e-13)[:, 1:])
             states_at[:, :, group] = np.moveaxis(np.concatenate(states, axis=1)[:, index], 0, 2).swapaxes(0, 1)
         return states_at
 
@@ -574,15 +601,27 @@ class BaseMotions:
             setattr(selection, name, getattr(self, name)[which])
         return selection
 
+    @property
+    def sizes_of_block(self) -> np.ndarray:
+        """Sizes of the states whose perturbations are measured, shape (points, states)."""
+        return self.sizes[:, self.model.variation.block]
+
     @cached_property
     def masses(self) -> np.ndarray:
-        """Masses in the states' sizes and their inverse, (2 m², points), if half a period suffices; else no rows."""
-        points, m = self.period.size, self.model.equations.m
-        if not self.is_even[0]:
-            return np.empty((0, points))
-        _, a, *_ = self.model.variation.jacobian_blocks(self.parameters, self(np.zeros(1)), np.zeros(1), True)
-        a = [[np.ravel(a[i][j]) * self.sizes[:, m + i] * self.sizes[:, j] for j in range(m)] for i in range(m)]
-        return np.reshape([*a, *solve_elementwise(a, np.eye(m).tolist())], (-1, points))
+        """Masses in the states' sizes after half a period, and their inverse at its start, (2 m², points).
+
+        Of canonical states they are 1. No rows if the whole period is integrated.
+        """
+        points, sizes = self.period.size, self.sizes_of_block
+        m, rows = sizes.shape[1] // 2, []
+        for phase in (0.5, 0.0) if self.is_even[0] else ():
+            a = np.eye(m)[..., None] * np.ones(points)
+            if self.model.equations.v:
+                at = self.start.T[:, None], np.array([phase])
+                a = np.reshape(self.model.variation.jacobian_blocks(self.parameters, *at, True)[1], (m, m, -1))
+            rows.append([[a[i, j] * sizes[:, m + i] * sizes[:, j] for j in range(m)] for i in range(m)])
+        rows[1:] = [solve_elementwise(a, np.eye(m).tolist()) for a in rows[1:]]
+        return np.reshape([np.broadcast_to(x, points) for a in rows for row in a for x in row], (-1, points))
 
     @cached_property
     def num_segments(self) -> np.ndarray:
@@ -596,6 +635,8 @@ class BaseMotions:
         is_usable = np.isfinite(count) & (self.residual <= MAX_RESIDUAL) & self.jumps_known
         place = np.searchsorted(allowed, np.where(is_usable, count, np.inf))
         segments = np.array([*allowed, 0])[place] * self.num_pieces
+        if self.model.block is not None:  # the motion begins anew at its nodes
+            segments += -segments % self.num_nodes
         return segments + self.is_even * segments % 2
 
     # -- measurement of points of one kind
@@ -606,13 +647,14 @@ class BaseMotions:
         Also return the matrix of the period that begins at `kernels.flow.monodromy.SECOND_PHASE`, and the trace's
         integral.
         """
-        variation, still, n = self.model.variation, bool(self.is_still.all()), self.sizes.shape[1]
+        variation, still, sizes = self.model.variation, bool(self.is_still.all()), self.sizes_of_block
+        n = sizes.shape[1]
         is_half, first_velocity, step = self.is_even[0] and begin == 0.0, n - variation.unknowns, self.period / steps
         phases = begin + (np.arange(steps // 2 if is_half else steps)[:, None] + variational.POINTS).ravel() / steps
         times, pace, parameters_at = self.between_jumps(phases)
         step = step * pace
         factors, slopes = variation.slope_sum(parameters_at, self(phases), times, still)
-        lengths = np.array([*self.sizes.T, *(self.masses if is_half else [])])
+        lengths = np.array([*sizes.T, *(self.masses if is_half else [])])
         lengths[first_velocity:n] *= step if first_velocity else 1.0
         for e, (_, j) in enumerate(variation.entries[still]):
             slopes[:, e] *= step * step if j < first_velocity else step
@@ -623,27 +665,40 @@ class BaseMotions:
         weights = [(weights * factor).sum() for factor in factors.T] if factors.size else weights
         for e in (e for e, (i, j) in enumerate(variation.entries[still]) if j == i + first_velocity):
             trace += sum(w * factor[e] for w, factor in zip(weights, slopes, strict=True))
+        trace = np.zeros(trace.shape) if is_half else trace  # the second half's is the opposite
         rows = variational.integrate_flow(*variation.kernels(still), factors, slopes, lengths, steps)
         matrices, later = unpack_matrices(rows, n, FLOW_ROUNDING)
         return matrices, np.moveaxis(later.reshape(n, n, -1), 2, 0), trace
 
-    def measure_in_steps(self, epsilon: np.ndarray, steps: int) -> tuple[floquet.Matrices, np.ndarray]:
+    def measure_in_steps(
+        self, epsilon: np.ndarray, steps: int, shift: float = 0.0
+    ) -> tuple[floquet.Matrices, np.ndarray]:
         """Return matrices measured from perturbed motions, and (truncation of the steps, effect of the amplitude).
 
         Args:
             epsilon: size of the perturbation relative to the states' sizes, shape (points,).
             steps: Taylor steps of each segment.
+            shift: the base motion is shifted by this multiple of its uncertainty.
         """
-        n, K, code = self.sizes.shape[1], int(self.num_segments[0]), self.model.perturbed(bool(self.is_still[0]))
-        num_segments, signs = K // 2 if self.is_even[0] else K, [1.0] if code.linear or self.is_odd[0] else [1.0, -1.0]
-        phases, (directions, owner) = np.arange(num_segments if code.is_mixed else 1) / K, code.directions
+        sizes, K, code = self.sizes_of_block.T, int(self.num_segments[0]), self.model.perturbed(bool(self.is_still[0]))
+        n, num_segments = len(sizes), K // 2 if self.is_even[0] else K
+        signs = [1.0] if code.linear or self.is_odd[0] else [1.0, -1.0]
+        if self.model.block is None:
+            phases = np.arange(num_segments if code.is_mixed else 1) / K
+            states = self(phases)
+        else:
+            phases = np.arange(max(1, num_segments * int(self.num_nodes[0]) // K)) / self.num_nodes[0]
+            states = np.moveaxis(self.nodes[:, : phases.size], 2, 0).swapaxes(1, 2)
+            uncertainty = (self.error + motions.STATE_ROUNDING)[:, None] * self.sizes
+            states = states + shift * uncertainty.T[:, None] * np.resize([[[1.0]], [[-1.0]]], (len(states), 1, 1))
+        directions, owner = code.directions
         times, pace, parameters_at = self.between_jumps(phases)
         times = times if code.graph.equations.switches else times[:, None]
-        place, sizes = [*self(phases), self.period * times], self.sizes.T
+        place = [*states, self.period * times]
         x = (np.reshape(signs, (-1, 1, 1, 1)) * directions[:, :, None] * sizes).reshape(-1, n, self.period.size)
-        rows, columns = code.starts(parameters_at, place, epsilon, self.period * pace / (K * steps), x)
-        numbers = [K, steps, code.scratch, code.perturbed["x", 0], code.perturbed["e", 0], len(signs)]
-        numbers.append(code.base["E", 0])
+        step = self.period * pace / (K * steps) * (1.0 + shift * motions.STATE_ROUNDING)
+        rows, columns = code.starts(parameters_at, place, epsilon, step, x)
+        numbers = [K, steps, code.scratch, 0, n, len(signs), code.base["E", 0]]
         inverses = np.array([*1.0 / sizes, n * self.error / epsilon, *self.masses])
         advance = jit.passed(code.module().advance)
         result = monodromy.measure_matrices(advance, rows, columns, inverses, owner, np.array(numbers))
@@ -659,6 +714,10 @@ class BaseMotions:
         """
         matrices, (truncation, amplitude_effect) = self.measure_in_steps(epsilon, steps)
         is_too_large, is_unresolved = amplitude_effect > MAX_AMPLITUDE_EFFECT, ~(truncation <= tolerance)
+        if self.model.block is not None:
+            shifted, _ = self.measure_in_steps(epsilon, steps, 1.0)
+            matrices.error[:] += np.abs(shifted.matrix - matrices.matrix)
+            matrices.second[1] += np.nan_to_num(np.abs(shifted.second[0] - matrices.second[0]))
         open_points = np.flatnonzero(is_unresolved)
         if open_points.size and 2 * steps * int(self.num_segments[0]) <= MAX_STEPS:
             finer, *finer_flags = self.select(open_points).measure(epsilon[open_points], tolerance, 2 * steps)
@@ -713,6 +772,7 @@ def groups(base: BaseMotions) -> Iterator[np.ndarray]:
     """Yield the indices of points that are integrated together: of one kind, and at most MAX_GROUP_ENTRIES."""
     kinds = (
         2.0**20 * base.num_pieces
+        + 2.0**40 * base.num_nodes * (base.model.block is not None)
         + 16 * base.num_segments
         + 8 * base.is_even
         + 4 * base.has_pairs
@@ -725,7 +785,7 @@ def groups(base: BaseMotions) -> Iterator[np.ndarray]:
         yield from (members[first : first + size] for first in range(0, members.size, size))
 
 
-def survey(model, points, tolerance: float, base: BaseMotions | None = None, block=None) -> dict[str, np.ndarray]:
+def survey(model, points, tolerance: float, base: BaseMotions | None = None) -> dict[str, np.ndarray]:
     """Return all columns of points.
 
     Args:
@@ -733,15 +793,13 @@ def survey(model, points, tolerance: float, base: BaseMotions | None = None, blo
         points: each parameter, `epsilon`, and `equilibrium` (index of the name), shape (points,).
         tolerance: largest truncation of a segment's steps, relative to its matrix.
         base: the points' motions, if they are known.
-        block: indices of states that are independent of all others to first order: their multipliers alone are
-            measured, which come in pairs; by default those of all states.
     """
     slot = np.asarray(points["equilibrium"])
     base = BaseMotions(model, model.parameters(points, slot.size), slot) if base is None else base
     epsilon = np.asarray(points["epsilon"], dtype=np.float64)
     columns: dict[str, np.ndarray] = {}
     for members in groups(base):
-        for name, values in _columns(base.select(members), epsilon[members], tolerance, block).items():
+        for name, values in _columns(base.select(members), epsilon[members], tolerance).items():
             fill = np.nan if values.dtype == float else 0
             columns.setdefault(name, np.full((slot.size, *values.shape[1:]), fill, values.dtype))[members] = values
     starts = {f"{x.name}_start": base.start[:, i] for i, x in enumerate(model.equations.states)}
@@ -792,9 +850,9 @@ def is_jagged(base: BaseMotions) -> bool:
 
 
 @np.errstate(all="ignore")
-def _columns(base, epsilon, tolerance, block=None):
+def _columns(base, epsilon, tolerance):
     """Return columns of points with one number of segments; see `survey`."""
-    (points, n), reciprocal = base.sizes.shape, bool(base.has_pairs[0])
+    (points, n), reciprocal = base.sizes_of_block.shape, bool(base.has_pairs[0])
     missing_matrices, trace_gap, determinant = np.full((points, n, n), np.nan), np.full(points, np.nan), 1.0
     measured = certified = floquet.Matrices(missing_matrices, missing_matrices)
     is_too_large, is_unresolved = False, base.num_segments == 0
@@ -803,10 +861,7 @@ def _columns(base, epsilon, tolerance, block=None):
         certified, trace_gap, determinant = base.certify()
         certified.matrix[trace_gap > MAX_TRACE_DIFFERENCE * floquet.largest_entry(certified.matrix)] = np.nan
         measured.matrix[is_too_large] = np.nan
-    coupling = base.coupling
-    if block is not None:
-        measured, certified = measured.block(block), certified.block(block)
-        coupling, determinant = coupling[:, block][:, :, block], 1.0
+    coupling = base.coupling[:, base.model.variation.block][:, :, base.model.variation.block]
     columns, agrees = floquet.compare_flows(
         measured, certified, trace_gap, base.period, reciprocal, determinant, coupling
     )

@@ -88,8 +88,14 @@ class PerturbedCode(Series):
         if sum(node.kind in (MUL, DIV) for node in graph.nodes) > MAX_PRODUCTS:
             self.order = LOWER_ORDER
         self.linear = True
-        self.perturbed = {(kind, i): i + self.time * (kind == "e") for kind in "xe" for i in range(self.time)}
+        keys = [(kind, i) for kind in "xe" for i in self.perturbed_states]
+        self.perturbed = {key: row for row, key in enumerate(keys)}
         self.text = self._module_text()
+
+    @property
+    def perturbed_states(self) -> tuple[int, ...]:
+        """Indices of the perturbed states: all but the time."""
+        return (*range(self.time),)
 
     @property
     def is_mixed(self) -> bool:
@@ -112,11 +118,12 @@ class PerturbedCode(Series):
         If the equations are linear, a motion is perturbed in one direction of each block: no rate depends on a state of
         another block. Else there is one motion for each direction, and one more for twice their sum.
         """
-        n = self.time
+        n = len(self.perturbed_states)
         if not self.linear:
             return np.vstack([np.eye(n), np.full(n, 2.0)]), np.tile(np.arange(n), (n, 1))
-        rates = enumerate(self.graph.rates[:n])
-        same_block = find_coupled(n, [[i, *(self._state_numbers(rate) - {n})] for i, rate in rates])
+        index = {state: k for k, state in enumerate(self.perturbed_states)}
+        states_of_rates = ([i, *self._state_numbers(self.graph.rates[i])] for i in index)
+        same_block = find_coupled(n, [[index[i] for i in states if i in index] for states in states_of_rates])
         index_in_block = np.tril(same_block, -1).sum(axis=1)
         return np.eye(n)[: index_in_block.max() + 1, index_in_block], np.where(same_block, index_in_block, -1)
 
@@ -132,12 +139,13 @@ class PerturbedCode(Series):
         """
         shape = np.broadcast_shapes(*(np.shape(y) for y in place))
         columns = np.zeros((len(x), shape[0], len(self.perturbed), shape[1]))
-        columns[:, :, : self.time] = x[:, None]
+        count = x.shape[1]
+        columns[:, :, :count] = x[:, None]
         with np.errstate(all="ignore"):
             U, slopes = self.values.bases(parameters, [np.broadcast_to(y, shape) for y in place])
-            functions = [*self.perturbed.items()][2 * self.time :]
+            functions = [*self.perturbed.items()][2 * count :]
             for column in np.swapaxes(columns, 1, 2) if functions else []:
-                deviation = [*column[: self.time], np.zeros(shape)]
+                deviation = [*column[:count], np.zeros(shape)]
                 hat, _ = self.values.deviations(U, slopes, parameters, epsilon, deviation)
                 for (_, number), row in functions:
                     column[row] = hat[number]
@@ -203,7 +211,7 @@ class PerturbedCode(Series):
 
     def _has_deviation(self, number):
         """Return True if a node depends on a state, not on the time alone."""
-        return bool(self._state_numbers(number) - {self.time})
+        return not self._state_numbers(number).isdisjoint(self.perturbed_states)
 
     def _state_numbers(self, number):
         """Return the indices of the states on which a node depends; the last state is the time."""
@@ -230,7 +238,7 @@ class PerturbedCode(Series):
         for n in range(self.order + 1):
             for kind, _, number, _ in sums:
                 self._term_name(kind, number, n)
-        for i in range(self.time):
+        for i in self.perturbed_states:
             ends[False] += self._truncation_lines(self._row_text("e", i), self._term_names("H", states[i]))
         truncation_row = self._row_text("E", 0)
         while sums:  # functions on which further rows depend are added
@@ -273,3 +281,41 @@ class PerturbedCode(Series):
         if late:
             yield f"late = {' + '.join(late)}"
             yield f"{row} = {row} + late * (late / ({' + '.join([*early, repr(MIN_DENOMINATOR)])})){size}"
+
+
+class TangentCode(PerturbedCode):
+    """The same for infinitesimal perturbations: the variational flow, integrated together with the base motion.
+
+    Perturbed are the states `block`, which are independent of all others to first order. If others exist, the block
+    vanishes in the base motion. Functions are carried along over the period: nothing is evaluated in between.
+    """
+
+    is_mixed = False
+
+    def __init__(self, graph: Graph, block: tuple[int, ...]):
+        self.block, self.vanishes = block, len(block) < len(graph.rates) - 1
+        super().__init__(graph, False)
+
+    @property
+    def perturbed_states(self) -> tuple[int, ...]:
+        """Indices of the perturbed states."""
+        return self.block
+
+    def _base_text(self, number, n):
+        """Return the text of the motion's n-th term of a node; None of states that vanish in it."""
+        node = self.graph.nodes[number]
+        if node.kind == STATE and self.vanishes and node.operands[0] in self.block:
+            return None
+        return super()._base_text(number, n)
+
+    def _perturbed_text(self, number, n):
+        """Return the text of U_n, the limit of U_n + ε û_n."""
+        return self._term_name("B", number, n)
+
+    def _deviation_text(self, number, n):
+        """Return the text of the deviation's n-th term û_n of a node; of functions f'(U) û, None if it vanishes."""
+        node = self.graph.nodes[number]
+        if node.kind != FUNCTION:
+            return super()._deviation_text(number, n)
+        slope, inner = self.graph.slopes[number], node.operands[0]
+        return sum_text(self._product_texts(("B", slope), ("H", inner), n)) or None

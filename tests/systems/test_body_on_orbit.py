@@ -32,24 +32,20 @@ def agrees(ds, name, expected, digits=0.0):
     return np.all(np.abs(ds[name].values - expected) <= ds[f"{name}_error"].values + digits)
 
 
-@pytest.mark.parametrize(("motion", "A", "D"), [("resonance", 1.3, -0.4), ("libration", 0.6, 0.2)])
-def test_the_rates_are_hamiltons_in_canonical_states(motion, A, D):
+@pytest.mark.parametrize(("eccentricity", "p", "pace", "A", "D"), [(0.2, 1.5, 1.0, 1.3, -0.4), (0.0, 1.0, 1.7, 0.6, 0.2)])
+def test_the_rates_are_hamiltons_in_canonical_states(eccentricity, p, pace, A, D):
     """By H in momenta conjugate to (x, alpha, beta), which is written here from T and V alone, in 30 digits."""
-    model = equations.orbit_model(motion)
+    model = equations.orbit_model()
     system, e = model.system, model.equations
-    values = {"eccentricity": 0.2, "p": 1.5, "I1_over_I3": A, "asymmetry": D, "modulus": 0.6, "complement": 0.8}
-    values["frequency"] = math.sqrt(3 * abs(D))
+    values = {"eccentricity": eccentricity, "p": p, "I1_over_I3": A, "asymmetry": D, "pace": pace}
     x, al, be, y, M1, M2 = e.q
-    base = equations.planar_motion(type(system)("again"), motion)
+    base = equations.planar_motion(type(system)("again"))
     at = {p.symbol: sp.Float(values[p.name], 30) for p in system.parameters.values()}
-    if motion == "libration":
-        at[system.parameters["asymmetry"].symbol] = at[system.parameters["frequency"].symbol] ** 2 / 3
     names = {s.name: s for s in at}
-    radius = 1 + names.get("eccentricity", 0) * sp.cos(system.time)
+    radius = 1 + names["eccentricity"] * sp.cos(system.time)
     A, D = names["I1_over_I3"], names["asymmetry"]
     m, v = radius**2 / base.anomaly_rate, radius * base.anomaly_rate
-    c = base.cosine * sp.cos(2 * x) - base.sine * sp.sin(2 * x)
-    s = base.sine * sp.cos(2 * x) + base.cosine * sp.sin(2 * x)
+    c, s = sp.cos(2 * (base.angle + x)), sp.sin(2 * (base.angle + x))
     half_sum = (2 * A + D) / 2
     tensor = sp.Matrix([[half_sum - D / 2 * c, -D / 2 * s, 0], [-D / 2 * s, half_sum + D / 2 * c, 0], [0, 0, 1]])
     p_al, p_be, p_x = sp.symbols("p_al p_be p_x")
@@ -57,7 +53,7 @@ def test_the_rates_are_hamiltons_in_canonical_states(motion, A, D):
     M = sp.Matrix([(p_al - M3 * sp.sin(be)) / sp.cos(be), p_be, M3])
     u = sp.Matrix([sp.cos(be), 0, sp.sin(be)])
     n = sp.Matrix([-sp.sin(be) * sp.cos(al), sp.sin(al), sp.cos(be) * sp.cos(al)])
-    H = (M.T * tensor.inv() * M)[0] / (2 * m) - base.anomaly_rate * M.dot(n) - base.angle_rate * M3
+    H = (M.T * tensor.inv() * M)[0] / (2 * m) - base.anomaly_rate * M.dot(n) - base.angle.diff(system.time) * M3
     H += sp.Rational(3, 2) * v * (u.T * tensor * u)[0] + base.momentum_rate * x
     at |= {x: 0.3, al: 0.4, be: -0.2, y: 0.15, M1: 0.1, M2: -0.25, system.time: 0.7}
     at |= {p_x: at[y], p_be: at[M2]}
@@ -71,15 +67,21 @@ def test_the_rates_are_hamiltons_in_canonical_states(motion, A, D):
     assert abs(sp.N((slope + H.diff(al)).subs(at), 30)) < 1e-14
 
 
-def test_tilts_and_the_plane_separate():
-    """No rate of the plane has a term of first order in tilts, nor vice versa, whatever the planar motion is."""
-    e = equations.orbit_model("resonance").equations
-    in_plane, tilts = [e.q[k] for k in equations.IN_PLANE], [e.q[k] for k in equations.OUT_OF_PLANE]
-    planar = dict.fromkeys(tilts, 0)
-    for f in (e.f[k] for k in equations.IN_PLANE):
-        assert not any(f.diff(x).subs(planar) for x in tilts)
-    for f in (e.f[k] for k in equations.OUT_OF_PLANE):
-        assert not any(f.diff(x).subs(planar) for x in in_plane)
+def test_tilts_and_the_plane_separate_and_tilts_are_the_linear_ones():
+    """No rate of the plane has a term of first order in tilts, nor vice versa; canonical tilts have the same rates."""
+    e, model = equations.orbit_model().equations, equations.tilt_model("synchronous")
+    x, alpha, beta, y, M1, M2 = e.q
+    planar, tilts = dict.fromkeys((alpha, beta, M1, M2), 0), (alpha, beta, M1, M2)
+    assert not any(e.f[k].diff(z).subs(planar) for k in (0, 3) for z in tilts)
+    assert not any(e.f[k].diff(z).subs(planar) for k in (1, 2, 4, 5) for z in (x, y))
+    spin = equations.planar_motion(type(model.system)("again")).momentum + y
+    canonical = dict(zip(model.equations.q, (x, y, alpha, M2, M1 + spin * beta, -beta), strict=True))
+    first = {z: sum(f.diff(w).subs(planar) * w for w in tilts) for z, f in zip(e.q, e.f, strict=True)}
+    first |= {z: f.subs(planar) for z, f in zip(e.q, e.f, strict=True) if z in (x, y)}
+    for state, rate in zip(model.equations.q, model.equations.f, strict=True):
+        new = canonical[state]
+        expected = sum(new.diff(z) * first[z] for z in e.q) + new.diff(model.system.time)
+        assert sp.simplify(rate.subs(canonical, simultaneous=True) - expected) == 0, state
 
 
 THOMSON = [  # K, spin, eccentricity, growth per orbit (Kane and Barba's problem; two independent codes)

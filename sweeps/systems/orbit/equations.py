@@ -31,14 +31,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import ellipkm1
 
+from kernels.estimator import statuses
 from sweeps.mechanics import System, periodic
 from sweeps.mechanics.model import Model
 from sweeps.systems.orbit.odd_motions import find_odd_motions
 from sweeps.systems.orbit.shapes import inertia_ratios, margin_of
 
-#: motion of a definition → kind of reference motion
-KINDS = {"synchronous": "resonance", "spin_orbit": "resonance"} | {name: name for name in ("libration", "spin_normal")}
-IN_PLANE, OUT_OF_PLANE = np.array([0, 3]), np.array([1, 2, 4, 5])  # x, y and the tilts in the system of six states
+RESONANCES = ("synchronous", "spin_orbit")  # motions whose planar motion is found by Newton's method
+ROUNDING = 4.0 * float(np.finfo(np.float64).eps)  # relative error of a rate in closed form
+BLOCK = (2, 3, 4, 5)  # tilts in the system of the planar motion and canonical tilts: (x, y; alpha, M2; p_alpha, -beta)
 
 
 class PlanarMotion(NamedTuple):
@@ -47,103 +48,132 @@ class PlanarMotion(NamedTuple):
     anomaly_rate: Any  #: rho, true anomaly by the independent variable
     momentum: Any  #: P
     momentum_rate: Any  #: derivative of P
-    angle_rate: Any  #: derivative of the angle from the radius
-    cosine: Any  #: cosine of twice the angle
-    sine: Any
+    angle: Any  #: angle of axis 1 from the radius
 
 
-def planar_motion(system: System, motion: str) -> PlanarMotion:
-    """Add the parameters of a motion to a system, and return its reference motion."""
-    from sympy import Integer, Rational, cos, sin, sqrt
+def planar_motion(system: System, is_symmetric: bool = False) -> PlanarMotion:
+    """Add the parameters of a motion to a system, of a symmetric body if so, and return its reference motion."""
+    from sympy import Integer, Rational, cos, sin
 
-    time, unity = system.time, Integer(1)
-    if motion == "libration":  # sin δ = κ sin t: an exact planar motion on a circle
-        modulus = system.parameter("modulus", default=0.1, meaning="sine of the amplitude")
-        frequency = system.parameter("frequency", default=0.8, positive=True, meaning="of small librations, over n")
-        asymmetry = system.parameter("asymmetry", default=0.2, meaning="(I2 - I1)/I3")
-        cosine = system.parameter("complement", default=0.995, meaning="cosine of the amplitude")  # 1 - κ² cancels
-        delta, wave = sqrt(cos(time) ** 2 + cosine**2 * sin(time) ** 2), modulus * sin(time)
-        return PlanarMotion(
-            1 / (frequency * delta),
-            1 + frequency * modulus * cos(time),
-            -3 * asymmetry * wave / frequency,  # 3 D = frequency²
-            modulus * cos(time) / delta,
-            1 - 2 * wave**2,
-            2 * wave * delta,
-        )
+    time = system.time
     eccentricity = system.parameter("eccentricity", default=0.1, least=0.0, most=0.99)
-    radius = 1 + eccentricity * cos(time)
-    if motion == "spin_normal":
+    if is_symmetric:
         spin = system.parameter("spin", default=1.0, meaning="spin over the mean motion")
-        momentum = spin * (1 - eccentricity**2) ** Rational(3, 2)
-        return PlanarMotion(unity, momentum, Integer(0), momentum / radius**2 - 1, unity, Integer(0))
-    system.parameter("asymmetry", default=0.2, meaning="(I2 - I1)/I3")
+        return PlanarMotion(Integer(1), spin * (1 - eccentricity**2) ** Rational(3, 2), Integer(0), Integer(0))
+    pace = system.parameter("pace", default=1.0, positive=True, meaning="true anomaly by the phase; 1 unless e = 0")
     spin = system.parameter("p", default=1.0, step=0.5, meaning="rotations per orbit")
-    double_angle, forcing = 2 * (spin - 1) * time, -2 * eccentricity * spin * sin(time) * radius
-    return PlanarMotion(unity, spin * radius**2, forcing, spin - 1, cos(double_angle), sin(double_angle))
+    system.parameter("asymmetry", default=0.2, meaning="(I2 - I1)/I3")
+    radius = 1 + eccentricity * cos(time)
+    return PlanarMotion(pace, spin * radius**2, -2 * eccentricity * spin * sin(time) * radius, (spin - 1) * time)
 
 
 @cache
 def planar_model() -> Model:
-    """Return the described system of x alone, for resonances: Beletsky's equation, from T = m x'²/2 and V."""
-    from sympy import Rational, cos, pi, sin
+    """Return the described system of x alone: Beletsky's equation, from T = m x'²/2 and V."""
+    from sympy import Rational, cos, pi
 
     system = System("Planar rotation on an orbit")
-    base, inertia, tide, asymmetry = _coefficients(system, "resonance")
+    base, inertia, tide, asymmetry = _coefficients(system)
     angle = system.coordinate("x", "rad", periodic=True, size=1)
     system.kinetic_energy(inertia * system.velocity(angle) ** 2 / 2)
-    double = base.cosine * cos(2 * angle) - base.sine * sin(2 * angle)
+    double = cos(2 * (base.angle + angle))
     system.potential(base.momentum_rate * angle - Rational(3, 4) * tide * asymmetry * double)
+    system.is_reversible = True
     system.period(2 * pi)
     system.equilibrium("reference", {angle: 0})
-    return Model(system)
+    return Model(system, (0, 1))
 
 
 @cache
-def orbit_model(motion: str) -> Model:
-    """Return the described system of all states; of a symmetric body (spin_normal) that of the tilts."""
-    from sympy import cos, pi, sin
+def orbit_model() -> Model:
+    """Return the described system of all states, by the full equations."""
+    from sympy import cos, sin
 
-    system = System("Body on an orbit")
-    base, inertia, tide, asymmetry = _coefficients(system, motion)
-    moment = system.parameter("I1_over_I3", default=0.6, positive=True)
-    names = ("alpha", "beta", "M1", "M2") if motion == "spin_normal" else ("x", "alpha", "beta", "y", "M1", "M2")
-    state = {name: system.state(name, bounds=(-1, 1), size=1) for name in names}
-    angle, alpha, beta, excess, *momenta = (state.get(name, 0) for name in ("x", "alpha", "beta", "y", "M1", "M2"))
+    system, names = System("Body on an orbit"), ("x", "alpha", "beta", "y", "M1", "M2")
+    base, inertia, tide, asymmetry = _coefficients(system)
+    angle, alpha, beta, excess, *momenta = (system.state(name, bounds=(-1, 1), size=1) for name in names)
     momenta.append(base.momentum + excess)
-    cosine = base.cosine * cos(2 * angle) - base.sine * sin(2 * angle)
-    sine = base.sine * cos(2 * angle) + base.cosine * sin(2 * angle)
-    other_moment, torque = moment + asymmetry, -3 * tide * asymmetry / 2 * sine  # 3 v I12
-    mean = (1 / moment + 1 / other_moment) / 2  # the inverse tensor depends on 2 δ, too
-    half = asymmetry / (2 * moment * other_moment)
-    rate_1 = ((mean + half * cosine) * momenta[0] + half * sine * momenta[1]) / inertia
-    rate_2 = ((mean - half * cosine) * momenta[1] + half * sine * momenta[0]) / inertia
+    first, second, cross, pull, torque = _inverse_tensor(system, base, angle, inertia, tide, asymmetry)
+    rate_1, rate_2 = first * momenta[0] + cross * momenta[1], second * momenta[1] + cross * momenta[0]
     secant, tangent, product = 1 / cos(beta), sin(beta) / cos(beta), sin(beta) * cos(beta)
     frame_rate = rate_1 * tangent + base.anomaly_rate * cos(alpha) * secant  # F3
-    pull = (moment + other_moment) / 2 - 1 - asymmetry / 2 * cosine  # I11 - I33
+    rates = (
+        excess / inertia + base.anomaly_rate - frame_rate,
+        rate_1 * secant + base.anomaly_rate * cos(alpha) * tangent,
+        rate_2 - base.anomaly_rate * sin(alpha),
+        momenta[0] * rate_2 - momenta[1] * rate_1 + torque * cos(beta) ** 2 - base.momentum_rate,
+        momenta[1] * frame_rate - momenta[2] * rate_2 - torque * product,
+        momenta[2] * rate_1 - momenta[0] * frame_rate + product * pull,
+    )
+    return _close_system(system, dict(zip((s.symbol for s in system.states.values()), rates, strict=True)))
+
+
+@cache
+def tilt_model(motion: str) -> Model:
+    """Return the described system of infinitesimal tilts in canonical states, about planar motions (x, y).
+
+    Of a symmetric body (spin_normal), which rotates uniformly, that of the tilts alone.
+    """
+    is_symmetric = motion == "spin_normal"
+    system = System("Tilts of a body on an orbit")
+    base, inertia, tide, asymmetry = _coefficients(system, is_symmetric)
+    planar_states = () if is_symmetric else ("x", "y")
+    states = [system.state(name, bounds=(-1, 1), size=1) for name in (*planar_states, "alpha", "M2", "p_alpha", "minus_beta")]
+    angle, excess, *tilts = states if planar_states else (0, 0, *states)
+    alpha, momentum_2, p_alpha, minus_beta = tilts
+    first, second, cross, pull, torque = _inverse_tensor(system, base, angle, inertia, tide, asymmetry)
+    spin, rho = base.momentum + excess, base.anomaly_rate
+    momentum_1 = p_alpha + spin * minus_beta
+    rate_1, rate_2 = first * momentum_1 + cross * momentum_2, second * momentum_2 + cross * momentum_1
     rates = {
-        "alpha": rate_1 * secant + base.anomaly_rate * cos(alpha) * tangent,
-        "beta": rate_2 - base.anomaly_rate * sin(alpha),
-        "M1": momenta[1] * frame_rate - momenta[2] * rate_2 - torque * product,
-        "M2": momenta[2] * rate_1 - momenta[0] * frame_rate + 3 * tide * product * pull,
-        "x": excess / inertia + base.anomaly_rate - frame_rate,
-        "y": momenta[0] * rate_2 - momenta[1] * rate_1 + torque * cos(beta) ** 2 - base.momentum_rate,
+        alpha: rate_1 - rho * minus_beta,
+        momentum_2: spin * rate_1 - rho * momentum_1 - pull * minus_beta,
+        p_alpha: rho * (momentum_2 - spin * alpha),
+        minus_beta: rho * alpha - rate_2,
     }
-    for name, symbol in state.items():
-        system.rate(symbol, rates[name])
-    system.is_hamiltonian = True
+    if planar_states:
+        rates |= {angle: excess / inertia, excess: torque - base.momentum_rate}
+    return _close_system(system, rates, None if is_symmetric else BLOCK)
+
+
+def _close_system(system, rates, block=None):
+    """Return the model of a system with the rates of its states, Hamilton's equations of the orbit's period."""
+    from sympy import pi
+
+    for state, rate in rates.items():
+        system.rate(state, rate)
+    system.is_hamiltonian = system.is_reversible = True
     system.period(2 * pi)
-    system.equilibrium("reference", dict.fromkeys(state.values(), 0))
-    return Model(system)
+    system.equilibrium("reference", dict.fromkeys(rates, 0))
+    return Model(system, block)
 
 
-def _coefficients(system, motion):
+def _inverse_tensor(system, base, angle, inertia, tide, asymmetry):
+    """Return 1/(m I) of axes 1 and 2 and of both, 3 v (I11 - I33) and 3 v I12, at an angle x."""
+    from sympy import cos, sin
+
+    moment = system.parameter("I1_over_I3", default=0.6, positive=True)
+    other_moment, double = moment + asymmetry, 2 * (base.angle + angle)
+    mean = (1 / moment + 1 / other_moment) / 2  # the inverse tensor depends on 2 δ, too
+    half = asymmetry / (2 * moment * other_moment)
+    pull = (moment + other_moment) / 2 - 1 - asymmetry / 2 * cos(double)
+    torque = -3 * tide * asymmetry / 2 * sin(double)
+    return (
+        (mean + half * cos(double)) / inertia,
+        (mean - half * cos(double)) / inertia,
+        half * sin(double) / inertia,
+        3 * tide * pull,
+        torque,
+    )
+
+
+def _coefficients(system, is_symmetric=False):
     """Return the reference motion, m, v and D of a motion."""
     from sympy import cos
 
-    base, parameters = planar_motion(system, motion), system.parameters
-    eccentricity, asymmetry = (parameters[n].symbol if n in parameters else 0 for n in ("eccentricity", "asymmetry"))
-    radius = 1 + eccentricity * cos(system.time)
+    base, parameters = planar_motion(system, is_symmetric), system.parameters
+    asymmetry = parameters["asymmetry"].symbol if "asymmetry" in parameters else 0
+    radius = 1 + parameters["eccentricity"].symbol * cos(system.time)
     return base, radius**2 / base.anomaly_rate, radius * base.anomaly_rate, asymmetry
 
 
@@ -152,10 +182,13 @@ def arguments_of(points, motion: str) -> dict[str, np.ndarray]:
     ratio, asymmetry = inertia_ratios(points)
     unit = np.ones(ratio.size)
     arguments = {"I1_over_I3": ratio, "asymmetry": asymmetry, "eccentricity": points.get("eccentricity", 0.0 * unit)}
+    arguments["pace"] = unit
     if motion == "libration":
         with np.errstate(invalid="ignore"):
-            arguments |= {"modulus": np.sin(points["amplitude"]), "complement": np.cos(points["amplitude"])}
             arguments["frequency"] = np.sqrt(3.0 * asymmetry)
+            arguments["rate"] = arguments["frequency"] * np.sin(points["amplitude"])
+            quarter = ellipkm1(np.cos(points["amplitude"]) ** 2) / arguments["frequency"]
+        arguments["pace"] = quarter / (0.5 * np.pi)
     if motion == "spin_normal":
         arguments["spin"] = points["spin"]
     return arguments | {"p": points.get("p", unit), "epsilon": points.get("epsilon", unit)}
@@ -185,17 +218,16 @@ def _start_columns(arguments, motion, base=None):
     """Return period (radians of the true anomaly) and start of motions; `base` has planar motions, if known."""
     eccentricity, kind = arguments["eccentricity"], np.int8
     size = eccentricity.size
-    period, angle, branch = np.full(size, 2.0 * np.pi), np.zeros(size), np.ones(size, dtype=kind)
+    angle, branch = np.zeros(size), np.ones(size, dtype=kind)
     if motion == "libration":
-        period = 4.0 * ellipkm1(arguments["complement"] ** 2) / arguments["frequency"]
-        rate = arguments["modulus"] * arguments["frequency"]
+        rate = arguments["rate"]
     elif motion == "spin_normal":
         rate = arguments["spin"] * (1.0 - eccentricity**2) ** 1.5 / (1.0 + eccentricity) ** 2 - 1.0
     else:
         base = planar_motions(arguments) if base is None else base
         angle, rate = base.start.T + np.array([angle, arguments["p"] - 1.0])
         branch = np.where(base.residual <= periodic.MAX_RESIDUAL, base.branch, 0).astype(kind)
-    return {"period": period, "angle_start": angle, "rate_start": rate, "branch": branch}
+    return {"period": 2.0 * np.pi * arguments["pace"], "angle_start": angle, "rate_start": rate, "branch": branch}
 
 
 def survey(points, motion: str, tolerance: float, names: tuple[str, ...]) -> dict[str, np.ndarray]:
@@ -238,22 +270,22 @@ def _survey_plane(points, motion, plane, tolerance, motions):
 
     Planar motions are stored in `motions`, by the arguments, as the second plane has the same.
     """
-    arguments, kind, planar = arguments_of(points, motion), KINDS[motion], None
-    slot = np.zeros(arguments["p"].size, dtype=int)
-    arguments["equilibrium"] = slot
-    if kind == "resonance":
+    arguments, model = arguments_of(points, motion), tilt_model(motion)
+    size, planar = arguments["p"].size, None
+    arguments["equilibrium"] = slot = np.zeros(size, dtype=int)
+    if motion == "libration":  # from the radius, at the rate that energy gives
+        nodes, rounding = np.stack([0.0 * slot, arguments["rate"]], axis=1)[:, None], np.full(size, ROUNDING)
+        planar = periodic.KnownMotions(nodes, slot + 1, np.ones((size, 2)), 0.0 * slot, slot + statuses.OK, rounding)
+    starts = None if motion in RESONANCES else _start_columns(arguments, motion)
+    if motion in RESONANCES:
         key = tuple(values.tobytes() for values in arguments.values())
-        planar = motions[key] = motions.get(key) or planar_motions(arguments)
-        starts = _start_columns(arguments, motion, planar)
+        base = motions[key] = motions.get(key) or planar_motions(arguments)
+        starts = _start_columns(arguments, motion, base)
         if plane == "in_plane":
-            return periodic.survey(planar.model, arguments, tolerance, planar) | starts
-        anomaly = 2.0 * np.pi * np.arange(planar.nodes.shape[1]) / planar.num_nodes[:, None]
-        planar = planar.select(slice(None))
-        planar.nodes = planar.nodes.copy()
-        planar.nodes[:, :, 1] *= (1.0 + arguments["eccentricity"][:, None] * np.cos(anomaly)) ** 2  # y = m x'
-    else:
-        starts = _start_columns(arguments, motion)
-    model, block = orbit_model(kind), None if kind == "spin_normal" else OUT_OF_PLANE
-    subspace = None if block is None else IN_PLANE
-    base = periodic.BaseMotions(model, model.parameters(arguments, slot.size), slot, planar, subspace)
-    return periodic.survey(model, arguments, tolerance, base, block) | starts
+            return periodic.survey(base.model, arguments, tolerance, base) | starts
+        anomaly = 2.0 * np.pi * np.arange(base.nodes.shape[1]) / base.num_nodes[:, None]
+        inertia = (1.0 + arguments["eccentricity"][:, None] * np.cos(anomaly)) ** 2
+        nodes = base.nodes * np.stack([np.ones_like(inertia), inertia], axis=2)  # y = m x'
+        planar = periodic.KnownMotions(nodes, base.num_nodes, base.sizes, base.residual, base.status, base.error)
+    base = periodic.BaseMotions(model, model.parameters(arguments, size), slot, planar)
+    return periodic.survey(model, arguments, tolerance, base) | starts

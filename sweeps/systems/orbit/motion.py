@@ -39,8 +39,8 @@ def follow(parameters: Mapping[str, float], start: np.ndarray, anomalies: np.nda
         anomalies: true anomalies, rad, ascending.
         tolerance: relative truncation error.
     """
-    model = equations.orbit_model("resonance")
-    values = [np.array([dict(parameters, p=1.0)[name]]) for name in model.names]
+    model = equations.orbit_model()
+    values = [np.array([dict(parameters, p=1.0, pace=1.0)[name]]) for name in model.names]
     states, error, _ = motions.solve(model.moving, values, start[None], anomalies[None], tolerance, np.ones((1, 6)))
     return states[0], error[0]
 

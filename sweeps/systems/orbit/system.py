@@ -238,7 +238,7 @@ class Orbit(FloquetSystem):
         """The derived equations and the code that integrates them."""
         from sweeps.systems.orbit import equations
 
-        return equations.orbit_model(equations.KINDS[self.motion_name])
+        return equations.orbit_model()
 
     def examples(self, definition: OrbitDefinition | None = None) -> tuple[Example, ...]:
         """Return the calls of all periodic systems, and the imports of the code of the definition's motion."""
@@ -246,15 +246,9 @@ class Orbit(FloquetSystem):
             return self.compiled
         from sweeps.systems.orbit import equations
 
-        kind = equations.KINDS[definition.motion]
-        is_still, models = kind != "resonance", [equations.orbit_model(kind)]
-        models += [] if is_still else [equations.planar_model()]
-        if definition.selected_planes == PLANES[:1]:
-            models = models[1:]
-        codes = [model.perturbed_code(is_still) for model in models] + [
-            model.moving for model in models if not is_still
-        ]
-        codes += [] if is_still else [model.perturbed_code(True) for model in models]  # on a circle the body is at rest
+        models = [] if definition.selected_planes == PLANES[:1] else [equations.tilt_model(definition.motion)]
+        models += [equations.planar_model()] if definition.motion in equations.RESONANCES else []
+        codes = [code for model in models for code in (model.perturbed_code(self.is_still), model.moving)]
         return (*(Example(str(code.path)) for code in codes), *self.compiled, described.ENCLOSURES)
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
