@@ -65,3 +65,65 @@ def _at(series, t):
     for k in range(series.shape[-2] - 2, -1, -1):
         total = total * t + series[..., k, :]
     return total
+
+
+def extrapolate(rates, state, span, steps, columns=9):
+    """Return the state after a span of time, by Gragg, Bulirsch and Stoer's extrapolation in long doubles.
+
+    Args:
+        rates: (times (points,), states (n, points)) → their derivatives.
+        state: at the time 0, shape (n, points).
+        span: shape (points,).
+        steps: so many equal steps of the order 2 `columns`.
+    """
+    y, h = np.asarray(state, np.longdouble), np.asarray(span, np.longdouble) / steps
+    counts = [np.longdouble(2 * k) for k in range(1, columns + 1)]
+    for step in range(steps):
+        table = []
+        for j, count in enumerate(counts):
+            part = h / count
+            before, here = y, y + part * rates(step * h, y)
+            for k in range(1, int(count)):
+                before, here = here, before + 2 * part * rates(step * h + k * part, here)
+            row = [(before + here + part * rates((step + 1) * h, here)) / 2]
+            for m in range(j):
+                row.append(row[m] + (row[m] - table[m]) / ((count / counts[j - m - 1]) ** 2 - 1))
+            table = row
+        y = table[-1]
+    return y
+
+
+def orbit_monodromy(parameters, rate, span, steps):
+    """Return matrices of planar perturbations and of tilts over a span of true anomaly, and (δ, δ') at its end.
+
+    From δ = 0, in body axes: components of the orbit's normal and of the angular velocity, rotated at the end by the
+    angle by which the body has turned.
+
+    Args:
+        parameters: I1/I3, (I2 - I1)/I3 and eccentricity, each (points,).
+        rate: δ' at the start, (points,).
+        span: rad, (points,).
+        steps: of :func:`extrapolate`.
+    """
+    A, D, e = (np.asarray(x, np.longdouble) for x in parameters)
+    roll, yaw, n = (A + D - 1) / A, (1 - A) / (A + D), A.size
+
+    def rates(f, state):
+        (angle, turn), planar, (g1, g2, w1, w2) = state[:2], state[2:6].reshape(2, 2, n), state[6:].reshape(4, 4, n)
+        radius, s, c, push = 1 + e * np.cos(f), np.sin(angle), np.cos(angle), 2 * e * np.sin(f)
+        spin, tide, u3 = radius**2 * (1 + turn), 3 * radius**3, s * g2 - c * g1
+        planar_rates = [turn, (push * (1 + turn) - 3 * D * s * c) / radius, *planar[1]]
+        planar_rates += [*(push * planar[1] - 3 * D * (c * c - s * s) * planar[0]) / radius]
+        tilts = [spin * g2 - w2, w1 - spin * g1]
+        tilts += [roll * (tide * s * u3 + spin * w2), yaw * (spin * w1 - tide * c * u3)]
+        return np.concatenate([planar_rates, *(tilts / radius**2)])
+
+    start = np.zeros((22, n), np.longdouble)
+    start[1], start[[2, 5]], start[6::5] = rate, 1, 1
+    end = extrapolate(rates, start, span, steps)
+    (g1, g2, w1, w2), c, s = end[6:].reshape(4, 4, n), np.cos(end[0]), np.sin(end[0])
+    return (
+        end[2:6].reshape(2, 2, n),
+        np.stack([c * g1 - s * g2, s * g1 + c * g2, c * w1 - s * w2, s * w1 + c * w2]),
+        end,
+    )

@@ -56,6 +56,11 @@ class Matrices(NamedTuple):
     #: the determinant (d = 2) or second invariant (d = 4) and its error, NaN if those of the matrix are as accurate
     second: np.ndarray | None = None
 
+    def widen_second(self, other):
+        """Add to the error of `second` its distance from that of the same matrices from elsewhere, if both have it."""
+        if self.second is not None and other.second is not None:
+            self.second[1] += np.nan_to_num(np.abs(self.second[0] - other.second[0]))
+
     def set_points(self, points, matrices):
         """Write the matrices of some points."""
         self.matrix[points], self.error[points] = matrices.matrix, matrices.error

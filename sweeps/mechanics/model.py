@@ -78,7 +78,7 @@ class Model:
 
     @property
     def is_linear(self) -> bool:
-        """True if the equations are linear; unknown, hence False, if only infinitesimal perturbations are integrated."""
+        """True if the equations are proved to be linear; False for a block, whose tangent flow is linear anyway."""
         return self.block is None and self.perturbed_code(False).linear
 
     def perturbed(self, still: bool) -> "PerturbedCode":

@@ -15,6 +15,11 @@ and -epsilon in each direction (only +epsilon if the equations are odd or linear
 composes the matrix of the period. Unless the derivation proves that the equations are linear, one more motion begins at
 twice the sum of all directions: its distance from the sum of the other motions is the effect of the amplitude.
 
+*Block.* Of a model with a block of states (`sweeps.mechanics.model.Model`) the perturbations are infinitesimal, and the
+same Taylor steps integrate the base motion and its tangent flow together, from each node on. A second run from a base
+motion that is shifted by its uncertainty, in steps that are longer by their rounding, shows the effect of both. If the
+motion and the equations are proved to be their own mirror image in time, half a period is integrated.
+
 *Certificate.* The variational flow by collocation at Gauss's points, of order 16 (`kernels.flow.variational`), with
 derivatives of the equations by SymPy: it shares nothing with the generated Taylor steps. It is integrated again in
 fewer steps from another phase, and compared, entry by entry, with the matrix that the finer steps give for the period
@@ -589,7 +594,9 @@ class BaseMotions:
                 times = self.period[group, None] * self.between_jumps(np.insert(inside, 0, k / K), group)[0].T
                 *_, constants = self.between_jumps(np.array([k / K]), group)
                 constants = list(map(np.ravel, constants))
-                states.append(motions.states_at(self.model.moving, constants, self.nodes[group, k], times, 1e-13)[:, 1:])
+                states.append(
+                    motions.states_at(self.model.moving, constants, self.nodes[group, k], times, 1e-13)[:, 1:]
+                )
             states_at[:, :, group] = np.moveaxis(np.concatenate(states, axis=1)[:, index], 0, 2).swapaxes(0, 1)
         return states_at
 
@@ -612,14 +619,12 @@ class BaseMotions:
 
         Of canonical states they are 1. No rows if the whole period is integrated.
         """
-        points, sizes = self.period.size, self.sizes_of_block
-        m, rows = sizes.shape[1] // 2, []
+        points, sizes = self.period.size, self.sizes_of_block.T
+        m, rows = len(sizes) // 2, []
         for phase in (0.5, 0.0) if self.is_even[0] else ():
-            a = np.eye(m)[..., None] * np.ones(points)
-            if self.model.equations.v:
-                at = self.start.T[:, None], np.array([phase])
-                a = np.reshape(self.model.variation.jacobian_blocks(self.parameters, *at, True)[1], (m, m, -1))
-            rows.append([[a[i, j] * sizes[:, m + i] * sizes[:, j] for j in range(m)] for i in range(m)])
+            at = self.start.T[:, None], np.array([phase])
+            a = self.model.variation.jacobian_blocks(self.parameters, *at, True)[1] or np.eye(m).tolist()
+            rows.append([[np.ravel(a[i][j]) * sizes[m + i] * sizes[j] for j in range(m)] for i in range(m)])
         rows[1:] = [solve_elementwise(a, np.eye(m).tolist()) for a in rows[1:]]
         return np.reshape([np.broadcast_to(x, points) for a in rows for row in a for x in row], (-1, points))
 
@@ -688,9 +693,9 @@ class BaseMotions:
             states = self(phases)
         else:
             phases = np.arange(max(1, num_segments * int(self.num_nodes[0]) // K)) / self.num_nodes[0]
-            states = np.moveaxis(self.nodes[:, : phases.size], 2, 0).swapaxes(1, 2)
+            nodes = np.moveaxis(self.nodes[:, : phases.size], 2, 0).swapaxes(1, 2)
             uncertainty = (self.error + motions.STATE_ROUNDING)[:, None] * self.sizes
-            states = states + shift * uncertainty.T[:, None] * np.resize([[[1.0]], [[-1.0]]], (len(states), 1, 1))
+            states = nodes + shift * uncertainty.T[:, None] * np.resize([1.0, -1.0], len(nodes))[:, None, None]
         directions, owner = code.directions
         times, pace, parameters_at = self.between_jumps(phases)
         times = times if code.graph.equations.switches else times[:, None]
@@ -717,7 +722,7 @@ class BaseMotions:
         if self.model.block is not None:
             shifted, _ = self.measure_in_steps(epsilon, steps, 1.0)
             matrices.error[:] += np.abs(shifted.matrix - matrices.matrix)
-            matrices.second[1] += np.nan_to_num(np.abs(shifted.second[0] - matrices.second[0]))
+            matrices.widen_second(shifted)
         open_points = np.flatnonzero(is_unresolved)
         if open_points.size and 2 * steps * int(self.num_segments[0]) <= MAX_STEPS:
             finer, *finer_flags = self.select(open_points).measure(epsilon[open_points], tolerance, 2 * steps)
@@ -744,8 +749,7 @@ class BaseMotions:
         )
         trace_gap, determinant = np.abs(np.einsum("nii->n", flow.matrix - coarser.matrix)), np.exp(trace)
         flow.error[:] += gap[:, None, None]
-        second = np.abs(flow.second[0] - coarser.second[0])
-        flow.second[1] += np.nan_to_num(second)  # NaN if no entry is large there
+        flow.widen_second(coarser)
         is_rounding = (gap >= MIN_REDUCTION * last) & (gap <= MAX_ROUNDING * floquet.largest_entry(flow.matrix))
         open_points = np.flatnonzero(~(gap <= noise) & ~is_rounding)
         if open_points.size and 3 * steps // 4 * 2 <= MAX_STEPS:

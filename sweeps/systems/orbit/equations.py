@@ -1,4 +1,4 @@
-r"""Equations of a rigid body on a Kepler ellipse, as described systems of a reference motion and tilts from it.
+r"""Equations of a rigid body on a Kepler ellipse, as described systems of planar motions and of tilts from them.
 
 Axis 1 of the orbital frame points along the radius, 3 along the orbit's normal. The frame is rotated by the tilts alpha
 about its axis 1 and beta about its new axis 2, and the body about axis 3 of the tilted frame, by
@@ -8,9 +8,10 @@ about its axis 1 and beta about its new axis 2, and the body about axis 3 of the
           I_{33} = 1, \qquad A = I_1/I_3,\ B = I_2/I_3,\ D = B - A
 
 depends on :math:`2\delta` alone. So the equations have the orbit's period for half-integer resonances, too, and are the
-same for a body that is turned by half a turn. The independent variable is the true anomaly f (of librations a phase, at
-the rate :math:`1/\rho`). The angular momentum in the tilted frame, :math:`\mathbf M`, in units of I3 times the mean
-motion times :math:`(1 - e^2)^{-3/2}`, and the angular velocity :math:`\mathbf w = I^{-1}\mathbf M/m` obey
+same for a body that is turned by half a turn. The independent variable is the true anomaly f (of librations, whose
+period is another one, a phase of which f is :math:`\rho` times as much). The angular momentum in the tilted frame,
+:math:`\mathbf M`, in units of I3 times the mean motion times :math:`(1 - e^2)^{-3/2}`, and the angular velocity
+:math:`\mathbf w = I^{-1}\mathbf M/m` obey
 
 .. math:: \mathbf M' = \mathbf M\times\mathbf F + 3 v\,\mathbf u\times I\mathbf u,\qquad
           \mathbf F = (w_1, w_2, w_1\tan\beta + \rho\cos\alpha/\cos\beta), \qquad \mathbf u = (\cos\beta, 0, \sin\beta)
@@ -21,6 +22,14 @@ motion times :math:`(1 - e^2)^{-3/2}`, and the angular velocity :math:`\mathbf w
 :math:`M_3 = P + y` with :math:`P = m (\rho + \delta_0')` of the reference motion. The momenta of alpha, beta and x are
 :math:`M_1\cos\beta + M_3\sin\beta, M_2` and :math:`M_3`: the equations are Hamilton's. All tilts vanish in planar
 motions; then x obeys Beletsky's equation. Tilts are even in planar terms, and odd in others: both parts separate.
+
+*Infinitesimal tilts* are integrated in the canonical states :math:`(\alpha, M_2;\ p_\alpha = M_1 + M_3\beta, -\beta)`:
+
+.. math:: M_1 = p_\alpha - M_3\beta,\quad \alpha' = w_1 + \rho\beta,\quad p_\alpha' = \rho(M_2 - M_3\alpha),\quad
+          \beta' = w_2 - \rho\alpha,\quad M_2' = M_3 w_1 - \rho M_1 + 3v(I_{11} - 1)\beta
+
+A motion from x = 0 is odd in time: there x(-f) = -x(f), and with :math:`\alpha, M_2` even, :math:`p_\alpha, \beta` odd,
+the equations are the same at -f. So half a period gives the matrix of the whole.
 
 Source: derived from Euler's equations; Beletsky, Motion of an Artificial Satellite about its Center of Mass (1966).
 """
@@ -118,7 +127,9 @@ def tilt_model(motion: str) -> Model:
     system = System("Tilts of a body on an orbit")
     base, inertia, tide, asymmetry = _coefficients(system, is_symmetric)
     planar_states = () if is_symmetric else ("x", "y")
-    states = [system.state(name, bounds=(-1, 1), size=1) for name in (*planar_states, "alpha", "M2", "p_alpha", "minus_beta")]
+    states = [
+        system.state(name, bounds=(-1, 1), size=1) for name in (*planar_states, "alpha", "M2", "p_alpha", "minus_beta")
+    ]
     angle, excess, *tilts = states if planar_states else (0, 0, *states)
     alpha, momentum_2, p_alpha, minus_beta = tilts
     first, second, cross, pull, torque = _inverse_tensor(system, base, angle, inertia, tide, asymmetry)

@@ -19,7 +19,7 @@ from sweeps.schema.values import Positive, choice, list_of_different, number
 from sweeps.schema.variables import Layout, Parameter, Quantity, Variable, coordinates_of, table
 from sweeps.systems import described
 from sweeps.systems.bodies.variables import MOMENT, TRIANGLE_MARGIN
-from sweeps.systems.orbit.shapes import SHAPES, margin_of
+from sweeps.systems.orbit.shapes import SHAPES, inertia_ratios, margin_of
 from sweeps.systems.periodic.system import (
     INVARIANTS,
     MULTIPLIER,
@@ -70,7 +70,7 @@ PARAMETERS = (
     ),
     Parameter(
         "amplitude",
-        _quantity("amplitude", "rad", "0 < amplitude ≤ 1.3", lambda x: 0.0 < x <= 1.3),
+        _quantity("amplitude", "rad", "0 < amplitude ≤ 1.57", lambda x: 0.0 < x <= 1.57),
         "largest angle of the libration from the radius",
     ),
     Parameter("spin", _quantity("spin", "1", "-100 ≤ spin ≤ 100", lambda x: abs(x) <= 100.0), "spin over mean motion"),
@@ -87,7 +87,12 @@ PARAMETERS = (
     ),
     Parameter("semi_major_axis", Quantity("length", "m", "> 0", Positive), "semi-major axis of the orbit", 1.0),
     Parameter("mu", Quantity("mu", "m3 s-2", "> 0", Positive), "gravitational parameter of the primary", 1.0),
-    make_epsilon(1e-8, "the sizes of tilts and momenta", "relative to tilts and momenta of order 1"),
+    make_epsilon(
+        1e-8,
+        "the sizes of tilts and momenta",
+        "relative to tilts and momenta of order 1",
+        "; of no effect: infinitesimal",
+    ),
 )
 ARGUMENTS = (*(parameter.name for parameter in PARAMETERS), "plane")
 _ERROR = "a bound: that of growth_per_period, over the orbits of a period"
@@ -168,8 +173,11 @@ class OrbitDefinition(PeriodicDefinition):
             for name in motion_names
             if getattr(self.grid, name) is None
         ]
-        if self.motion == "spin_normal" and self.shape != ("K",):
-            problems.append(Problem(("grid",), ", ".join(given), "may not have I1 = I2", "K with motion spin_normal"))
+        if self.motion == "spin_normal" and not problems:
+            entries = [spread(getattr(grid, name)) for name in self.shape]
+            values = np.meshgrid(*([x.start, x.stop] if isinstance(x, Range) else x for x in entries))
+            if inertia_ratios(dict(zip(self.shape, values, strict=True)))[1].any():
+                problems.append(Problem(("grid",), ", ".join(given), "has bodies without I1 = I2", "I1 = I2, or K"))
         out_of_plane_only = self.motion in ("libration", "spin_normal")
         if "in_plane" in self.planes and out_of_plane_only:
             words = f"has no dynamics with motion {self.motion}: energy, or spin, and phase are constant"
@@ -190,9 +198,9 @@ class Orbit(FloquetSystem):
     """
 
     name = "orbit"
-    method_text = "direct integration of the attitude over one period, certified by the variational flow"
+    method_text = "Taylor series of the attitude with its tangent flow over one period, certified by collocation"
     kernels = (*FloquetSystem.kernels, "free.triangle")
-    compile_seconds = 20.0
+    compile_seconds = 5.0
     model = OrbitDefinition
     references = "Beletsky (1966); Kane and Barba, J. Appl. Mech. 33 (1966) 402; Kane, AIAA J. 3 (1965) 726"
     caption = f"measured multipliers of a body's attitude on its orbit, beside linear theory ({CAVEATS})"
