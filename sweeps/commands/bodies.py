@@ -19,7 +19,7 @@ NAME may be a part of a name: `polhode body racket`. Without NAME the bodies are
   polhode body --moments 0.00121 0.01638 0.01748 --omega0 "90 rpm"
   polhode body --ratios 1 2 2.5
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3
-  polhode body --mesh racket.stl --density "0.6 g/cm3" --unit mm
+  polhode body racket.stl --density "0.6 g/cm3" --unit mm
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3 --omega 0 0 "5 rpm"
   polhode body --rotational "27.88 cm-1" "14.52 cm-1" "9.278 cm-1"
   polhode body sat.yaml:deployed --omega0 "30 rpm" --require stable --probability 0.999
