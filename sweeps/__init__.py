@@ -208,21 +208,23 @@ def modes(
     Shapes are computed for these points from the matrices and the runs behind the map's rates.
 
     Args:
-        ds: a map of modes or of eigenvalues over a grid, or its path.
+        ds: a map of modes, eigenvalues or multipliers over a grid, or its path.
         along: a parameter along which modes are followed by the overlap of their states, through crossings and
             veerings, in place of their order by size.
         definition: name or path of the map's definition, if its system is a Python file.
         coordinates: dimension → value, to which the points are restricted; the nearest grid value is used.
 
     Returns:
-        A Dataset over the map's dimensions and `component` (coordinates, or states of equations of first order):
+        A Dataset over the map's dimensions and `component` (coordinates; or states of equations of first order, and
+        where multipliers are modes: all states at the start of a period):
         `mode_shape_real` and `mode_shape_imag`, measured and with suffix _theory, with x^H M x = 1, M the kinetic
         matrix (of states: over the states' sizes), the first component within 1 % of the largest real and positive;
         `mode_shape_error` and `mode_shape_error_theory`, bounds on the deviation in that norm; all missing where modes
         are equal, so that a shape is not unique. `participation`, Re(conj(x_i) (M x)_i); the measured `eigenvalue_real`
         and `eigenvalue_imag` (s-1) with `eigenvalue_error`, `damping_ratio` and `log_decrement`; `whirl`, 1 forward,
         -1 backward, 0 planar, if the system has a plane; with `along` the number of each mode's `curve`, 0 if it is not
-        followed, and for each further parameter of several values `cut_<parameter>`: whether modes exchange their
+        known (where modes meet in rate and shape, as at the onset of flutter, curves end, and others begin with further
+        numbers), and for each further parameter of several values `cut_<parameter>`: whether modes exchange their
         curves between this value and the next, as they do on a line that ends at an exceptional point.
 
     Raises:

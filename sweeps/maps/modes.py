@@ -50,8 +50,9 @@ def select_points(
     slices.check_is_map(stability_map)
     whole_map = slices.with_all_dimensions(stability_map)
     sweep = critical_values.sweep_of(whole_map, definition)
-    if not (isinstance(sweep.system, Described) and sweep.system.spectrum):
-        raise RefusedError("map: multipliers have no mode shapes; allowed: a map of modes or of eigenvalues")
+    if not isinstance(sweep.system, Described):
+        allowed = "a map of a described system's modes, eigenvalues or multipliers"
+        raise RefusedError(f"map: its system {sweep.system.name} has no mode shapes; allowed: {allowed}")
     parameters = [dim for dim in sweep.grid.dims if whole_map[dim].dtype.kind == "f"]
     if along is not None and along not in parameters:
         allowed = ", ".join(parameters)
@@ -76,7 +77,7 @@ class MapPoints:
     def __init__(self, whole_map, sweep: "Sweep", along: str | None, places: Mapping[str, selection.Place], prefix=""):
         self.sweep, self.along, self.places, self._prefix = sweep, along, places, prefix
         self.system = cast(Described, sweep.system)
-        (self.spectrum,) = sweep.system.spectrum
+        (self.spectrum,) = (*sweep.system.spectrum, *sweep.grid.extra_dimensions)
         cut = {dim: [place.index] for dim, place in places.items() if dim != self.spectrum}
         dims = [dim for dim in sweep.grid.dims if dim not in (along, self.spectrum)]
         self._dims = dims if along is None else [*dims, along]
@@ -111,7 +112,7 @@ class MapPoints:
         integration = self.sweep.definition.integration if measured else None
         predicted, fitted = system.mode_shapes(arguments, integration)[:2]
         rates, rate_errors = system.complex_rates(points)
-        components = [place.name for place in system.mechanism.equations.places]
+        components = system.components()
         dims = (*self._dims, self.spectrum)
 
         def variable(values, words, *extra):
@@ -127,7 +128,7 @@ class MapPoints:
             modes[f"mode_shape_error{kind}"] = variable(shapes.errors, f"error of the mode shape, {source}")
             words = f"share of the kinetic energy in the component, {source}"
             modes[f"participation{kind}"] = variable(shapes.participation, words, "component")
-            if plane := system.description.given_plane:
+            if (plane := system.description.given_plane) and system.spectrum:
                 sense = np.sign(rates.imag.transpose(*dims).values.reshape(shapes.errors.shape))
                 turning = sense * _turning(shapes, [components.index(name) for name in plane])
                 words = f"1 from {plane[0]} to {plane[1]}, -1 back, 0 planar, {source}"
@@ -141,7 +142,7 @@ class MapPoints:
             dataset["log_decrement"] = -2.0 * np.pi * rates.real / np.abs(rates.imag).where(rates.imag != 0.0)
         if self.along is not None:
             numbers = mode_curves.follow_modes(system, arguments)
-            words = f"number of the mode's curve along {self.along}; 0 if it is not followed"
+            words = f"number of the mode's curve along {self.along}; 0 if it is not known"
             dataset["curve"] = variable(numbers, words)
             for dim in self._varied():
                 words = f"two modes exchange their curves between this value of {dim} and the next"

@@ -5,7 +5,7 @@ every direction, integrated by Taylor steps of order TAYLOR_ORDER; eigenvalues a
 are those of P, the change by halving the step and rounding, times the condition numbers, over h and twice: first order.
 """
 
-from functools import cached_property
+from functools import cached_property, partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -88,7 +88,9 @@ class LinearModel(Model):
     def mode_shapes(self, theory):
         """Return the shapes of the propagators' modes."""
         propagators, error, _halving = integrate(theory["matrix"], SPACING / theory["scale"])
-        return mode_shapes.find_shapes(self, theory, propagators, error, np.log)
+        return mode_shapes.find_shapes(
+            self, theory, propagators, error, partial(mode_shapes.order_propagator_rates, theory=theory)
+        )
 
 
 def integrate(matrices, intervals) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

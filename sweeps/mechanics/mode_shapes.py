@@ -59,8 +59,8 @@ def predict_shapes(model, theory: Mapping[str, np.ndarray]) -> ModeShapes:
     if model.equations.natural:
         sizes, velocity_sizes = np.split(theory["sizes"], 2, axis=1)
         accelerations = matrix[:, sizes.shape[1] :, : sizes.shape[1]] * (velocity_sizes / sizes)[:, :, None]
-        return find_shapes(model, theory, -accelerations, scale * scale * error)
-    return find_shapes(model, theory, matrix, scale * error)
+        return find_shapes(model, theory, -accelerations, scale * scale * error, _ascending)
+    return find_shapes(model, theory, matrix, scale * error, partial(order_rates, theory=theory))
 
 
 def measure_shapes(model, points, theory: Mapping[str, np.ndarray], sampling, runs: int) -> ModeShapes:
@@ -81,8 +81,67 @@ def measure_shapes(model, points, theory: Mapping[str, np.ndarray], sampling, ru
     propagators, errors = np.swapaxes(raw[:, MATRIX:].reshape(-1, 2, model.n, model.n), 0, 1)
     if model.equations.natural:
         places = slice(model.equations.m)
-        propagators, errors = -propagators[:, places, places], errors[:, :, places]  # modes are in order of Ω²
-    return find_shapes(model, theory, propagators, errors, np.log)
+        return find_shapes(model, theory, -propagators[:, places, places], errors[:, :, places], _ascending)
+    return find_shapes(model, theory, propagators, errors, partial(order_propagator_rates, theory=theory))
+
+
+def _ascending(values):
+    """Return the order of Ω², or of -cos Ωh."""
+    return np.argsort(values.real, axis=1)
+
+
+def order_rates(values, theory):
+    """Return the order of eigenvalues in a map."""
+    return relative.order_eigenvalues(values, theory["scale"])[1]
+
+
+def order_propagator_rates(values, theory):
+    """Return the order of the eigenvalues of propagators in a map."""
+    return order_rates(np.log(values), theory)
+
+
+@np.errstate(all="ignore")
+def floquet_shapes(model, points, tolerance: float | None) -> tuple[ModeShapes, ModeShapes, np.ndarray]:
+    """Return predicted and measured shapes of the multipliers' modes, and theory's states.
+
+    A shape consists of all states at the start of a period: an eigenvector of the monodromy matrix, of the sum 1 of
+    :math:`|x_i|^2` over the squares of the states' sizes. The matrices are those of `periodic.survey`.
+
+    Args:
+        model: a system with a period.
+        points: each parameter, `epsilon` and `equilibrium` (index of the name), shape (points,).
+        tolerance: as of `periodic.survey`; None to integrate no motion, and return the predicted shapes twice.
+    """
+    from kernels.flow import floquet
+    from sweeps.mechanics import periodic
+
+    slot, count = np.asarray(points["equilibrium"]), model.equations.n
+    base = periodic.BaseMotions(model, model.parameters(points, slot.size), slot)
+    matrices, errors = np.full((2, slot.size, count, count), np.nan), np.full((2, slot.size), np.nan)
+    multipliers = np.full((slot.size, count), np.nan, dtype=complex)
+    for members in periodic.groups(base):
+        part = base.select(members)
+        flow = periodic.find_flow(part)[0]
+        flows = [flow, flow]
+        if tolerance and part.num_segments[0]:
+            flows[1], is_too_large, _ = part.measure(np.asarray(points["epsilon"])[members], tolerance)
+            flows[1].matrix[is_too_large] = np.nan
+        for number, (matrix, error, *_) in enumerate(flows):
+            matrices[number, members], errors[number, members] = matrix, np.linalg.norm(error, axis=(1, 2))
+        columns = floquet.multiplier_columns(flow, part.period, bool(part.has_pairs[0]), False, part.coupling)
+        multipliers[members] = columns["multiplier_real"] + 1j * columns["multiplier_imag"]
+    theory = {"sizes": base.sizes, "basis": np.broadcast_to(np.eye(count), matrices.shape[1:])}
+    order = partial(_order_as, multipliers)
+    predicted, measured = (find_shapes(model, theory, *pair, order) for pair in zip(matrices, errors, strict=True))
+    return predicted, measured, complete_states(model, theory, predicted)
+
+
+def _order_as(multipliers, values):
+    """Return the index of the eigenvalue that is each multiplier's nearest, each of them once."""
+    from scipy.optimize import linear_sum_assignment
+
+    distances = np.nan_to_num(np.abs(multipliers[:, :, None] - values[:, None]))
+    return np.array([linear_sum_assignment(each)[1] for each in distances]).reshape(values.shape)
 
 
 def _fit_propagators(integrator, batch, quantities, sampling):
@@ -146,7 +205,7 @@ def complete_states(model, theory: Mapping[str, np.ndarray], shapes: ModeShapes)
     Of coordinates a state is the shape and the shape times eigenvalue over scale; of a natural system the shape alone.
     """
     vectors = shapes.vectors
-    if not model.equations.v:
+    if not _has_energy(model):
         return vectors / theory["sizes"][:, None]
     metric = model.landscape.a(theory["parameters"], list(theory["place"].T))
     root = np.linalg.cholesky(np.where(np.isfinite(metric), metric, np.eye(metric.shape[1])))
@@ -158,7 +217,7 @@ def complete_states(model, theory: Mapping[str, np.ndarray], shapes: ModeShapes)
 
 
 @np.errstate(all="ignore")
-def find_shapes(model, theory, matrix, error, logarithm=np.asarray):
+def find_shapes(model, theory, matrix, error, ordering):
     """Return the shapes of matrices.
 
     Args:
@@ -166,26 +225,31 @@ def find_shapes(model, theory, matrix, error, logarithm=np.asarray):
         theory: result of `relative.theory`; places, sizes, basis and scale are used.
         matrix: shape (points, n, n).
         error: bound on the norm of a change of the matrix, shape (points,), or as of `_fit_propagators`.
-        logarithm: function that returns numbers in the order of the rates from the eigenvalues.
+        ordering: function that returns the order of modes from the eigenvalues, shape (points, n).
     """
-    natural = model.equations.natural
     values, vectors, condition = relative.eigenvectors(matrix)
-    rates = logarithm(values)
-    order = np.argsort(values.real, axis=1) if natural else relative.order_eigenvalues(rates, theory["scale"])[1]
+    order = ordering(values)
     values, vectors = np.take_along_axis(values, order, axis=1), np.take_along_axis(vectors, order[:, None], axis=2)
     condition = np.take_along_axis(condition, order, axis=1)
     gaps = np.abs(values[:, :, None] - values[:, None])
     gaps[:, range(len(gaps[0])), range(len(gaps[0]))] = np.inf
     changes = error[:, None] if error.ndim == 1 else np.linalg.norm(error @ vectors, axis=1)
-    states = vectors if natural else theory["basis"] @ vectors  # the unit of a state is its size
-    sizes = theory["sizes"][:, : model.equations.m]
-    metric = model.landscape.a(theory["parameters"], list(theory["place"].T)) if model.equations.v else None
-    shapes, mass = states[:, : sizes.shape[1]] * sizes[:, :, None], metric
-    if metric is None:
+    sizes, has_energy = theory["sizes"], _has_energy(model)
+    if has_energy:
+        sizes = sizes[:, : model.equations.m]
+        mass = model.landscape.a(theory["parameters"], list(theory["place"].T))
+    else:
         mass = np.eye(sizes.shape[1]) / sizes[:, None] ** 2
+    states = vectors if model.equations.natural else theory["basis"] @ vectors  # the unit of a state is its size
+    shapes = states[:, : sizes.shape[1]] * sizes[:, :, None]
     length = np.sqrt(np.einsum("pim,pij,pjm->pm", shapes.conj(), mass, shapes).real)
     errors = 2.0 * changes * ((condition * length)[:, None] / gaps).sum(axis=2) / length
-    return _normalised(shapes / length[:, None], mass, errors + NORMALISATION_ROUNDING, metric is not None)
+    return _normalised(shapes / length[:, None], mass, errors + NORMALISATION_ROUNDING, has_energy)
+
+
+def _has_energy(model) -> bool:
+    """Return True if shapes are those of coordinates, with a kinetic energy, and not of all states."""
+    return bool(model.equations.v) and model.system.given_period is None
 
 
 def _normalised(shapes, mass, errors, has_energy):

@@ -854,16 +854,25 @@ def is_jagged(base: BaseMotions) -> bool:
 
 
 @np.errstate(all="ignore")
+def find_flow(base) -> tuple[floquet.Matrices, np.ndarray, np.ndarray | float]:
+    """Return matrices, trace differences and determinants as of `BaseMotions.certify`; NaN where the check fails."""
+    if not base.num_segments[0]:
+        sizes = base.sizes_of_block
+        missing = np.full((*sizes.shape, sizes.shape[1]), np.nan)
+        return floquet.Matrices(missing, missing), missing[:, 0, 0], 1.0
+    certified, trace_gap, determinant = base.certify()
+    certified.matrix[trace_gap > MAX_TRACE_DIFFERENCE * floquet.largest_entry(certified.matrix)] = np.nan
+    return certified, trace_gap, determinant
+
+
+@np.errstate(all="ignore")
 def _columns(base, epsilon, tolerance):
     """Return columns of points with one number of segments; see `survey`."""
-    (points, n), reciprocal = base.sizes_of_block.shape, bool(base.has_pairs[0])
-    missing_matrices, trace_gap, determinant = np.full((points, n, n), np.nan), np.full(points, np.nan), 1.0
-    measured = certified = floquet.Matrices(missing_matrices, missing_matrices)
-    is_too_large, is_unresolved = False, base.num_segments == 0
+    reciprocal, is_too_large, is_unresolved = bool(base.has_pairs[0]), False, base.num_segments == 0
+    certified, trace_gap, determinant = find_flow(base)
+    measured = certified
     if base.num_segments[0]:
         measured, is_too_large, is_unresolved = base.measure(epsilon, tolerance)
-        certified, trace_gap, determinant = base.certify()
-        certified.matrix[trace_gap > MAX_TRACE_DIFFERENCE * floquet.largest_entry(certified.matrix)] = np.nan
         measured.matrix[is_too_large] = np.nan
     coupling = base.coupling[:, base.model.variation.block][:, :, base.model.variation.block]
     columns, agrees = floquet.compare_flows(

@@ -97,6 +97,10 @@ class Described(SpectralSystem):
         runs = getattr(integration, "runs", None) or relative.usual_runs(model)
         return predicted, mode_shapes.measure_shapes(model, points, theory, sampling, runs), states
 
+    def components(self) -> list[str]:
+        """Return the names of the components of a mode shape: coordinates or states."""
+        return [place.name for place in self.mechanism.equations.places]
+
     def complex_rates(self, columns: Any) -> Any:
         """Return the measured eigenvalues of points, or iΩ and growth rates of modes, complex, and errors, s-1."""
         raise NotImplementedError

@@ -19,6 +19,8 @@ MAX_HALVINGS = 24  # halvings of a cell; a veering narrower than that is taken f
 def follow_modes(system: Described, arguments: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return the number of each mode's curve, shape (points, modes); 0 if it is not known.
 
+    Where modes meet in rate and shape, as at the onset of flutter, curves end, and others begin with further numbers.
+
     Args:
         system: the system.
         arguments: of the points of a grid, shape (points,); modes are followed along the last, which varies fastest.
@@ -50,8 +52,12 @@ def follow_modes(system: Described, arguments: Mapping[str, np.ndarray]) -> np.n
         lines, nodes, states = lines[order], nodes[order], states[order]
     is_certain, numbers = _continues(states[:-1], states[1:])
     curves = np.tile(np.arange(1, grid_states.shape[1] + 1), (lines.size, 1))
+    largest = curves.max(axis=1, initial=0)
     for node in np.flatnonzero(np.diff(lines) == 0):
         curves[node + 1, numbers[node]] = np.where(is_certain[node], curves[node], 0)
+        is_new = curves[node + 1] == 0
+        curves[node + 1, is_new] = largest[node] + 1 + np.arange(is_new.sum())
+        largest[node + 1] = largest[node] + is_new.sum()
     result = np.zeros(grid_states.shape[:2], dtype=np.int64)
     for row, (line, value) in enumerate(zip(grid_lines, on_grid, strict=True)):
         members = np.flatnonzero(lines == line)
@@ -82,7 +88,7 @@ def find_cuts(system: Described, arguments: Mapping[str, np.ndarray], curves: np
     curves = np.moveaxis(curves.reshape(*shape, -1), axis, -2)
     pairs = [(values[..., :-1, :, None], values[..., 1:, None, :]) for values in (numbers, curves)]
     is_same_mode, is_other_curve = pairs[0][0] == pairs[0][1], pairs[1][0] != pairs[1][1]
-    is_known = np.all([(first != 0) & (second != 0) for first, second in pairs], axis=0)
+    is_known = np.all([np.minimum(*pair) > 0 for pair in pairs] + [np.maximum(*pairs[1]) <= curves.shape[-1]], axis=0)
     is_cut = (is_same_mode & is_other_curve & is_known).any(axis=(-2, -1))
     padding = [(0, 0)] * (len(shape) - 1) + [(0, 1)]
     return np.moveaxis(np.pad(is_cut, padding), -1, axis)

@@ -132,7 +132,7 @@ def _curves(modes: xr.Dataset, along: str) -> Iterator[tuple[np.ndarray, np.ndar
     """Yield (values, eigenvalues) of each mode of frequency ≥ 0, by its curve; of conjugate curves one."""
     rates = (modes["eigenvalue_real"] + 1j * modes["eigenvalue_imag"]).values.reshape(modes.sizes[along], -1)
     curves = modes["curve"].values.reshape(rates.shape)
-    for number in range(1, rates.shape[1] + 1):
+    for number in np.unique(curves[curves > 0]):
         point, mode = np.nonzero((curves == number) & (rates.imag >= 0.0))
         if point.size:
             yield modes[along].values[point], rates[point, mode]

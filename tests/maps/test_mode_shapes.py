@@ -13,7 +13,7 @@ from sweeps import systems
 from sweeps.__main__ import main
 from sweeps.maps.critical_values import sweep_of
 from sweeps.maps.modes import select_points
-from sweeps.mechanics import System, mode_shapes, relative
+from sweeps.mechanics import System, mode_shapes, periodic, relative
 from sweeps.mechanics.linear_model import LinearModel
 from sweeps.schema.refusals import RefusedError
 from sweeps.systems import mode_curves
@@ -156,6 +156,17 @@ def test_modes_keep_their_curve_at_a_crossing_and_their_order_at_a_veering(kind)
     assert np.mean(unknown) <= 0.01
 
 
+def test_curves_end_where_pairs_of_eigenvalues_meet_and_further_ones_begin():
+    """L4: two pairs on the axis up to Routh's mass ratio 0.0385, four eigenvalues off both axes beyond."""
+    ratios = np.linspace(0.03, 0.05, 9)
+    curves = mode_curves.follow_modes(
+        systems.resolve("lagrange_points"),
+        {"equilibrium": np.full(9, "L4"), "orbital_rate": np.ones(9), "mass_ratio": ratios},
+    )
+    np.testing.assert_array_equal(np.sort(curves[ratios < 0.0385]), [[1, 2, 3, 4]] * (ratios < 0.0385).sum())
+    np.testing.assert_array_equal(np.sort(curves[ratios > 0.0386]), [[5, 6, 7, 8]] * (ratios > 0.0386).sum())
+
+
 def exceptional_point(b, coupling):
     """Return a and drag at which two modes of x″ + drag x′ + a x + k y = 0, 2 y″ + b y + k x = 0 coincide."""
     with mpmath.workdps(30):
@@ -210,6 +221,36 @@ def test_orbits_keep_their_radial_mode_where_both_rates_are_equal():
     np.testing.assert_allclose(radial / tilting, np.sqrt(exponent[~is_kepler] + 2.0), rtol=1e-8)  # error of the rates
 
 
+def exact_floquet_modes(a, q):
+    """Return multipliers and states at time 0 of the modes of y″ + (a - 2q cos 2t) y = 0 over π, from 25 digits."""
+    with mpmath.workdps(25):
+        columns = [
+            mpmath.odefun(lambda t, y: [y[1], -(a - 2 * q * mpmath.cos(2 * t)) * y[0]], 0, start)(mpmath.pi)
+            for start in ([1, 0], [0, 1])
+        ]
+        values, vectors = mpmath.eig(mpmath.matrix([[mpmath.mpf(c[k]) for c in columns] for k in (0, 1)]))
+        return np.array(values, complex), np.array(vectors.T.tolist(), complex)
+
+
+@pytest.mark.parametrize(("a", "q"), [(1.7, 0.4), (1.0, 0.5), (4.2, 2.5), (7.0, 0.1)])
+def test_floquet_modes_are_eigenvectors_of_the_monodromy_matrix(a, q):
+    """Inside and outside of tongues; the ion in a trap has one such mode in each plane, with a and q of both signs."""
+    modes = sweeps.modes(sweeps.survey(system="mathieu", a=a, q=q)).squeeze()
+    model = systems.resolve("mathieu").mechanism
+    parameters = [np.array([value]) for value in ({"a": a, "q": q, "damping": 0.0}[name] for name in model.names)]
+    metric = np.diag(periodic.BaseMotions(model, parameters, np.zeros(1, int)).sizes[0] ** -2.0)
+    values, vectors = exact_floquet_modes(a, q)
+    exponents = (modes.eigenvalue_real + 1j * modes.eigenvalue_imag).values
+    for number, multiplier in enumerate(np.exp(np.pi * exponents)):
+        right = vectors[np.abs(values - multiplier).argmin()]
+        for suffix in ("", "_theory"):
+            mode = modes.isel(multiplier=number)
+            shape = (mode[f"mode_shape_real{suffix}"] + 1j * mode[f"mode_shape_imag{suffix}"]).values
+            right = right / np.sqrt((right.conj() @ metric @ right).real)
+            assert deviation(shape, right, metric) <= mode[f"mode_shape_error{suffix}"] < 1e-11
+    assert modes.participation.isnull().all()
+
+
 def test_whirl_damping_and_refusals():
     modes = sweeps.modes(sweeps.survey(system="rotor", spin_rate=[0.5, 2.0], stiffness_y=1.0)).squeeze()
     assert (np.abs(modes.whirl) == 1.0).all()  # the shaft's material drives forward whirl and damps backward whirl
@@ -217,8 +258,8 @@ def test_whirl_damping_and_refusals():
     assert (by_whirl[1] > by_whirl[-1]).all()
     ratio = -modes.eigenvalue_real / np.hypot(modes.eigenvalue_real, modes.eigenvalue_imag)
     np.testing.assert_allclose(modes.damping_ratio, ratio, rtol=1e-15)
-    with pytest.raises(RefusedError, match="no mode shapes"):
-        sweeps.modes(sweeps.survey(system="mathieu", a=[1.0, 2.0]))
+    with pytest.raises(RefusedError, match="has none along a grid"):
+        sweeps.modes(sweeps.tumbler(368.7, 67.27))
     with pytest.raises(RefusedError, match="along: a is no parameter"):
         sweeps.modes(sweeps.survey(system="pendulum"), "a")
     assert systems.resolve("rotor").description.given_plane == ("x", "y")

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import Field
@@ -27,6 +27,7 @@ from sweeps.systems.system import Example, Reference
 
 if TYPE_CHECKING:
     from sweeps import mechanics
+    from sweeps.mechanics.mode_shapes import ModeShapes
     from sweeps.mechanics.taylor import Generated
 
 
@@ -205,6 +206,24 @@ class Periodic(FloquetSystem, Described):
         columns = periodic.survey(self.mechanism, self.slots(points), integration.tolerance)
         missing = np.full(len(columns["trace"]), np.nan)
         return {name: columns.get(name, missing) for name in self.variables(PeriodicDefinition)}
+
+    def components(self) -> list[str]:
+        """Return the names of all states, velocities too: those at the start of a period make a mode."""
+        return [str(state) for state in self.mechanism.equations.states]
+
+    def complex_rates(self, columns: Any) -> Any:
+        """Return the measured exponents and their errors."""
+        errors = np.hypot(columns["exponent_real_error"], columns["exponent_imag_error"])
+        return columns["exponent_real"] + 1j * columns["exponent_imag"], errors
+
+    def mode_shapes(
+        self, arguments: Mapping[str, np.ndarray], integration: Any = None
+    ) -> "tuple[ModeShapes, ModeShapes, np.ndarray]":
+        """Return predicted shapes, measured shapes, and theory's states, as of `Described.mode_shapes`."""
+        from sweeps.mechanics import mode_shapes
+
+        tolerance = integration.tolerance if integration else None
+        return mode_shapes.floquet_shapes(self.mechanism, self.slots(arguments), tolerance)
 
     def refusal(self, values: list[np.ndarray]) -> str:
         """Return why none of these points has a periodic motion to measure; "" if one has."""
