@@ -104,14 +104,15 @@ function drawAttitude(view) {
   strokeLine(view, trail, pageColor("accent"), 1.6);
 }
 
-/** Angle of axis 1 from the radius in the orbit's plane, continuous, and tilt of axis 3 from the normal, degrees. */
+/** Angle of axis 1 in the orbit's plane from p rotations an orbit, continuous, and tilt of axis 3 from the normal, degrees. */
 function orbitAngles() {
+  const turns = theMap.coordinates.p ? coordinateAt("p", state.place) - 1 : 0;
   let last = 0;
   const along = orbiting.states.map((_, k) => {
     const [x, y] = rotated(relativeAttitude(k), [1, 0, 0]);
     const angle = Math.atan2(y, x);
     last += angle - last - 2 * Math.PI * Math.round((angle - last) / (2 * Math.PI));
-    return (180 / Math.PI) * last;
+    return (180 / Math.PI) * last - (360 * turns * k) / ORBIT_SAMPLES;
   });
   const tilt = orbiting.states.map((_, k) => (180 / Math.PI) * Math.acos(Math.max(-1, Math.min(1, rotated(relativeAttitude(k), [0, 0, 1])[2]))));
   return { along, tilt };
@@ -123,7 +124,8 @@ function drawAngles() {
   const step = Math.max(1, Math.round(orbiting.states.length / 2000));
   const thin = (values) => values.filter((_, k) => k % step === 0);
   const x = thin(orbiting.anomalies).map((f) => f / (2 * Math.PI));
-  const curves = [["angle from the radius, in plane", along], ...(orbiting.inPlane ? [] : [["tilt from the normal", tilt]])];
+  const libration = theMap.coordinates.p ? "angle in the plane, from uniform rotation" : "angle in the plane, from the radius";
+  const curves = [...(theMap.coordinates.spin ? [] : [[libration, along]]), ...(orbiting.inPlane ? [] : [["tilt from the normal", tilt]])];
   const traces = curves.map(([name, y], i) => ({ type: "scatter", mode: "lines", name, x, y: thin(y), line: { color: inkOf(theMap.seriesColors[i]), width: 1.8 }, hovertemplate: `${name}: %{y:.4g}°<br>%{x:.2f} orbits<extra></extra>` }));
   const layout = { height: 260, margin: { l: 64, r: 12, t: 8, b: 44 }, showlegend: true, legend: { orientation: "h", y: -0.34 }, dragmode: false, xaxis: { title: { text: "orbits (true anomaly / 2π)" }, range: [0, orbiting.orbits] }, yaxis: { title: { text: "angle (°)" } } };
   draw("orbiting-plot", traces, layout, { displayModeBar: false });
@@ -157,9 +159,8 @@ function showOrbit() {
   if (shown === null) return orbiting.player.set(false);
   Object.assign(orbiting, shown);
   const { along, tilt } = orbitAngles();
-  const reference = theMap.coordinates.p ? coordinateAt("p", state.place) - 1 : 0;
-  const most = shown.inPlane ? Math.max(...along.map((angle, k) => Math.abs(angle - (reference * 360 * k) / ORBIT_SAMPLES))) : Math.max(...tilt);
-  const name = shown.inPlane ? "departure from uniform rotation" : "tilt from the normal";
+  const most = Math.max(...(shown.inPlane ? along.map(Math.abs) : tilt));
+  const name = shown.inPlane ? "angle from uniform rotation" : "tilt from the normal";
   document.getElementById("orbiting-words").textContent = `${orbitInWords(state.place)} By the full equations, the largest ${name} within ${shown.orbits} orbits is ${numberText(most, 3)}°.`;
   drawAngles();
   seekOrbit(0);
@@ -181,6 +182,10 @@ const part = {
   color: "regime",
   grows: ({ name }) => /^(growth|exponent_real)/.test(name),
   kept: { epsilon: perturbationFromLink },
+  opening: () => {
+    const outOfPlane = theMap.coordinates.plane.values.indexOf("out_of_plane");
+    if (outOfPlane > 0) state.place = placeWith({ plane: outOfPlane });
+  },
   say: orbitInWords,
   shown: { orbiting, orbitMotion, orbitMoments, relativeAttitude },
   build: buildOrbit,
