@@ -15,6 +15,7 @@ import numpy as np
 from sweeps.mechanics import linear_model
 
 SAMPLES, PERIODS = 16, 2  # samples of a period, from which cosine and sine are fitted, and periods of a run
+MAX_STEPS = 2.0**40  # steps of a sample, beyond which they are too long to be accurate, and the response is missing
 MAX_RELATIVE_ERROR = 0.1  # error of a measured response, relative to its states, beyond which it is missing
 ROUNDING = 2.0 * np.finfo(float).eps  # rounding error of each complex product and sum, relative to its terms
 
@@ -45,7 +46,7 @@ def respond(matrix, push, scale: float, frequencies) -> tuple[np.ndarray, np.nda
     forced[:, :count, :count], forced[:, :count, count] = matrix, unit
     forced[:, count, count + 1], forced[:, count + 1, count] = -rates, rates
     sample_time = 2.0 * np.pi / rates / SAMPLES
-    steps = np.ceil(sample_time * np.maximum(scale, rates) / linear_model.SPACING).astype(int)
+    steps = np.ceil(np.fmin(sample_time * np.maximum(scale, rates) / linear_model.SPACING, MAX_STEPS)).astype(int)
     propagators = linear_model.taylor_propagators(forced, sample_time / steps)
     measured = np.array([_fit(np.linalg.matrix_power(*pair), count) for pair in zip(propagators, steps, strict=True)])
     resolvent = 1j * rates[:, None, None] * np.eye(count) - matrix
@@ -54,13 +55,17 @@ def respond(matrix, push, scale: float, frequencies) -> tuple[np.ndarray, np.nda
     left, singular, right = np.linalg.svd(resolvent)
     errors = np.linalg.norm(np.abs(residual) + ROUNDING * (count + 2) * terms, axis=1) / singular[:, -1]
     is_known = errors <= MAX_RELATIVE_ERROR * np.linalg.norm(measured, axis=1)
-    theory = np.einsum("fji,fj,fkj,k->fi", right.conj(), 1.0 / singular, left.conj(), push)
+    is_regular = singular > ROUNDING * count * singular[:, :1]
+    inverse = np.where(is_regular, 1.0 / singular, np.nan)  # infinite at a resonance without damping
+    theory = np.einsum("fji,fj,fkj,k->fi", right.conj(), inverse, left.conj(), push)
     return theory, np.where(is_known[:, None], measured * size, np.nan), np.where(is_known, errors * size, np.nan)
 
 
 def _fit(flow, count):
     """Return the complex amplitudes of the periodic motion, from the flow of states, cosine and sine over a sample."""
     period = np.linalg.matrix_power(flow, SAMPLES)
+    if not np.isfinite(period).all():
+        return np.full(count, np.nan)
     inverse = np.linalg.pinv(np.eye(count) - period[:count, :count], rcond=0.0)
     states = [np.append(inverse @ period[:count, count], [1.0, 0.0])]
     for _sample in range(SAMPLES * PERIODS - 1):

@@ -83,19 +83,23 @@ class Described(SpectralSystem):
             integration: length, sampling and accuracy of the runs; None to integrate no motion, and to return the
                 predicted shapes twice.
         """
+        from sweeps.mechanics import mode_shapes, relative
+
+        points = self.slots(arguments)
+        theory = relative.theory(self.mechanism, points)
+        predicted = mode_shapes.predict_shapes(self.mechanism, theory)
+        measured = predicted if integration is None else self._measured_shapes(points, theory, integration)
+        return predicted, measured, mode_shapes.complete_states(self.mechanism, theory, predicted)
+
+    def _measured_shapes(self, points, theory, integration) -> "ModeShapes":
+        """Return the shapes of the propagators that are fitted to runs of points."""
         from kernels.flow.runs import Sampling
         from sweeps.mechanics import mode_shapes, relative
 
-        model, points = self.mechanism, self.slots(arguments)
-        theory = relative.theory(model, points)
-        predicted = mode_shapes.predict_shapes(model, theory)
-        states = mode_shapes.complete_states(model, theory, predicted)
-        if integration is None:
-            return predicted, predicted, states
         self._load_code()
         sampling = Sampling.of(integration.rotations, integration.samples_per_rotation, integration.tolerance)
-        runs = getattr(integration, "runs", None) or relative.usual_runs(model)
-        return predicted, mode_shapes.measure_shapes(model, points, theory, sampling, runs), states
+        runs = getattr(integration, "runs", None) or relative.usual_runs(self.mechanism)
+        return mode_shapes.measure_shapes(self.mechanism, points, theory, sampling, runs)
 
     def components(self) -> list[str]:
         """Return the names of the components of a mode shape: coordinates or states."""

@@ -1,10 +1,8 @@
 """Linear systems of more coordinates than a described system has, by their eigenvalues."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from sweeps.schema.refusals import DescriptionError
 from sweeps.schema.variables import Variable
@@ -14,7 +12,6 @@ from sweeps.systems.system import Example
 
 if TYPE_CHECKING:
     from sweeps import mechanics
-    from sweeps.mechanics.mode_shapes import ModeShapes
 
 
 class LinearSystem(system.RelativeEquilibrium):
@@ -70,16 +67,9 @@ class LinearSystem(system.RelativeEquilibrium):
         places = () if definition is None else self.places()
         return {name: variable for name, variable in super().variables(definition).items() if name not in places}
 
-    def mode_shapes(
-        self, arguments: Mapping[str, np.ndarray], integration: Any = None
-    ) -> "tuple[ModeShapes, ModeShapes, np.ndarray]":
-        """Return predicted shapes, measured shapes, and theory's states, as of `Described.mode_shapes`."""
-        from sweeps.mechanics import mode_shapes, relative
-
-        theory = relative.theory(self.mechanism, self.slots(arguments))
-        predicted = mode_shapes.predict_shapes(self.mechanism, theory)
-        states = mode_shapes.complete_states(self.mechanism, theory, predicted)
-        return predicted, self.mechanism.mode_shapes(theory) if integration else predicted, states
+    def _measured_shapes(self, points, theory, integration):
+        """Return the shapes of the integrated propagators of points."""
+        return self.mechanism.mode_shapes(theory)
 
     def _load_code(self):
         """Return at once: there is no generated code to load."""
