@@ -188,7 +188,7 @@ rule handbook:
     message:
         "Making the handbook from maps of its own"
     shell:
-        "python -m sweeps.handbook --output {output:q} > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
+        "python -m sweeps.handbook --output {output:q} 2>&1 | tee {log:q}"
 
 
 onsuccess:

@@ -8,9 +8,11 @@ import shutil
 import subprocess
 import sys
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from docutils import nodes
 from docutils.frontend import get_default_settings
@@ -20,8 +22,9 @@ from docutils.utils import new_document
 
 import sweeps
 from sweeps import plot, systems
+from sweeps.figure import sheets
 from sweeps.handbook import __main__ as making
-from sweeps.handbook import evidence, formulas, gallery, generated, lecture, numbers, pages
+from sweeps.handbook import cards, evidence, formulas, gallery, generated, lecture, numbers, pages
 from sweeps.points import catalogue
 from sweeps.schema.refusals import DefinitionError
 
@@ -179,6 +182,39 @@ def test_the_gallery_has_every_sweep_that_ships():
         page = texts[f"gallery/{name}"]
         assert f":link: gallery/{name}\n" in texts["gallery"]
         assert all(link in page for link in (f"polhode run {name}\n", f" {name}.png", f"/{name}.yaml", f"/{name}.html"))
+
+
+def test_a_card_has_its_film_and_its_sentence():
+    texts = gallery.pages({"gyrostat": ("gyrostat.gif", "A rotor of h/W > 1 holds it")})
+    card = texts["gallery"].partition(":link: gallery/gyrostat\n")
+    assert card[0].endswith(":img-top: /gallery/gyrostat.gif\n:img-alt: A rotor stabilises the intermediate axis\n")
+    assert card[2].split("\n")[2] == r"A rotor of h/W \> 1 holds it."
+    assert r"**A rotor of h/W \> 1 holds it.**" in texts["gallery/gyrostat"]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"system": "double_pendulum"},
+        {"system": "mathieu", "a": 1.0, "q": [0.5, 1.0]},
+        {"I1": 1.0, "I2": 2.0, "I3": 2.5},
+    ],
+)
+def test_a_film_of_a_card_moves_for_two_seconds(values):
+    rigid = {"omega0": 1.0} if "I1" in values else {}
+    pictures = list(cards.frames(sweeps.survey(**values, **rigid)))
+    assert len(pictures) / sheets.GIF.rate == pytest.approx(2.0, abs=0.05)  # a frame
+    changes = [np.any(before != after) for before, after in pairwise(pictures)]
+    assert all(changes)
+    edges = np.array(pictures)[:, [0, -1], :, :3]
+    assert (edges == edges[0, 0, 0]).all()  # no axes at the edges
+
+
+def test_a_build_prints_what_it_measures():
+    lines = []
+    for notice, entry in evidence.counted(["top", "hoop"], lines.append):
+        notice(f"measuring {entry}")
+    assert lines == ["1 of 2: measuring top", "2 of 2: measuring hoop"]
 
 
 @pytest.mark.parametrize("name", catalogue.shipped_files())

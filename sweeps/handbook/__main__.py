@@ -61,7 +61,7 @@ def _make(work: Path) -> None:
     from sweeps.handbook import evidence, gallery, generated, pages
 
     facts = evidence.make(work, _say)
-    gallery.make(work, _say)
+    contents = gallery.make(work, _say)
     source = work / "source"
     shutil.rmtree(source, ignore_errors=True)
     shutil.copytree(pages.TEXT, source)
@@ -70,7 +70,7 @@ def _make(work: Path) -> None:
         (source / f"{page}.md").write_text(pages.as_notebook(page, page_text), encoding="utf-8")
     shutil.copytree(PACKAGE / "static", source / "static")
     shutil.copy2(PACKAGE / "conf.py", source)
-    generated.write(source, work)
+    generated.write(source, work, contents)
     shutil.copytree(work / "pictures", source / "pictures")
 
 

@@ -6,8 +6,9 @@ younger than its map and the code that draws.
 
 import html
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
@@ -41,7 +42,14 @@ def make(work: Path, say: Callable[[str], None] = print) -> dict[str, dict]:
 
 def measure_maps(work: Path, say: Callable[[str], None]) -> dict[str, Path]:
     """Return the file of each map of the handbook by its name; measure those that are not there or out of date."""
-    return {name: measure_map(name, path, work / "maps", say) for name, path in definitions().items()}
+    entries = counted(definitions().items(), say)
+    return {name: measure_map(name, path, work / "maps", say_number) for say_number, (name, path) in entries}
+
+
+def counted(entries: Collection, say: Callable[[str], None]) -> Iterator[tuple[Callable[[str], None], Any]]:
+    """Yield a function that prints a notice after the number of the entry, "7 of 15: measuring top", and the entry."""
+    for number, entry in enumerate(entries, 1):
+        yield lambda text, number=number: say(f"{number} of {len(entries)}: {text}"), entry
 
 
 def measure_map(name: str, definition: Path | dict, folder: Path, say: Callable[[str], None]) -> Path:

@@ -6,9 +6,10 @@ Pictures and reports come from maps of their own with fewer points, so that the 
 import math
 import re
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
+from sweeps import systems
 from sweeps.handbook import evidence
 from sweeps.points import catalogue
 from sweeps.reading.definitions import file_text, plain, read_text
@@ -20,10 +21,12 @@ MAX_GRID_POINTS = 1_600  # number of grid points of a gallery map, without axes,
 MAX_CHEAP_POINTS = {"rigid_body": 40_000, "symmetric_top": 40_000, "twist": 40_000, "pumped_body": 20_000}
 GALLERY_DRAWS = 512  # number of draws of each uncertain body in a gallery map
 CARD = """:::{{grid-item-card}} {title}
-:img-top: /gallery/{name}.png
+:img-top: /gallery/{card}
 :img-alt: {title}
 :link: gallery/{name}
 :link-type: doc
+
+{sentence}
 
 {badges}
 :::
@@ -32,7 +35,7 @@ PAGE = """# {title}
 
 {badges}
 
-{story}
+**{sentence}** {story}
 
 ```sh
 polhode run {name}
@@ -86,26 +89,38 @@ def story(text: str) -> str:
     return f"{first} {next_paragraphs[0]}" if len(first) < 60 and next_paragraphs else first
 
 
-def make(work: Path, say: Callable[[str], None]) -> None:
-    """Measure every shipped sweep with fewer points, and write its picture and report below `work`."""
-    import sweeps
-    from sweeps.views import figures
+def make(work: Path, say: Callable[[str], None]) -> dict[str, tuple[str, str]]:
+    """Measure every shipped sweep with fewer points, and write its picture, its card and its report below `work`.
 
-    for name, path in catalogue.shipped_files().items():
+    Return name → (file name of the card's picture, a film where the map has motions; the map's sentence).
+    """
+    import sweeps
+    from sweeps.handbook import cards
+    from sweeps.views import figures, films
+
+    contents = {}
+    for notice, (name, path) in evidence.counted(catalogue.shipped_files().items(), say):
         definition = reduce_points(plain(read_text(file_text(path))))
-        map_path = evidence.measure_map(name, definition, work / "gallery" / "maps", say)
+        map_path = evidence.measure_map(name, definition, work / "gallery" / "maps", notice)
         with sweeps.open_map(map_path) as ds:
             picture = names()[name].get("figure") or next(iter(figures.pictures(ds)))
-        evidence.draw(map_path, picture, work / "gallery" / f"{name}.png", say)
+        evidence.draw(map_path, picture, work / "gallery" / f"{name}.png", notice)
+        card = work / "gallery" / f"{name}.gif"
+        with sweeps.open_map(map_path) as ds:
+            if not evidence.is_up_to_date(card, map_path):
+                films.write_frames(cards.frames(ds), card)
+            sentence = systems.presentation_of(ds).sentence(ds)
+        contents[name] = (card if card.exists() else card.with_suffix(".png")).name, sentence
         page = work / "extra" / "reports" / f"{name}.html"
         if not evidence.is_up_to_date(page, map_path):
             page.parent.mkdir(parents=True, exist_ok=True)
             with sweeps.open_map(map_path) as ds:
                 report.write_report(ds, page)
+    return contents
 
 
-def pages() -> dict[str, str]:
-    """Return name → text of the page of thumbnails, and of the page of each sweep."""
+def pages(contents: Mapping[str, tuple[str, str]] = {}) -> dict[str, str]:
+    """Return name → text of the page of cards, and of the page of each sweep; `contents` are of `make`."""
     texts, grids = {}, []
     for topic, entries in TOPICS.items():
         grids += [f"## {topic}", "", "::::{grid} 2 2 3 3", ":gutter: 3", ""]
@@ -113,7 +128,9 @@ def pages() -> dict[str, str]:
             text = file_text(catalogue.shipped_files()[name])
             title = plain(read_text(text)).get("title", name)
             badges = " ".join(f"{{bdg-secondary-line}}`{tag}`" for tag in entries[name]["tags"])
-            fields = {"story": re.sub(r"([*_<>$])", r"\\\1", story(text))}
+            card, sentence = contents.get(name, (f"{name}.png", title))
+            words = {"story": story(text), "sentence": f"{sentence}." if sentence else f"{title}."}
+            fields = {field: re.sub(r"([*_<>$])", r"\\\1", value) for field, value in words.items()} | {"card": card}
             fields |= {"name": name, "title": title, "badges": badges, "topic": topic}
             grids.append(CARD.format(**fields))
             texts[f"gallery/{name}"] = PAGE.format(**fields)

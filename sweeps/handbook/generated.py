@@ -3,7 +3,7 @@
 import re
 import shutil
 import typing
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from pydantic import BaseModel
@@ -31,9 +31,12 @@ INCLUDED = {  # files of the repository that the handbook includes
 }
 
 
-def write(folder: Path, work: Path) -> None:
-    """Write all generated pages below a folder of pages, and the gallery's pictures and reports from `work`."""
-    texts = {"reference/commands": _commands(), **_systems(), **gallery.pages()}
+def write(folder: Path, work: Path, contents: Mapping[str, tuple[str, str]] = {}) -> None:
+    """Write all generated pages below a folder of pages, and the gallery's pictures and reports from `work`.
+
+    `contents` are those of `gallery.make`.
+    """
+    texts = {"reference/commands": _commands(), **_systems(), **gallery.pages(contents)}
     for name, text in texts.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).with_suffix(".md").write_text(text, encoding="utf-8")
@@ -45,7 +48,8 @@ def write(folder: Path, work: Path) -> None:
     (folder / "gallery/definitions").mkdir()
     for name, path in catalogue.shipped_files().items():
         shutil.copy2(path, folder / "gallery/definitions")
-        shutil.copy2(work / "gallery" / f"{name}.png", folder / "gallery")
+        for picture in {f"{name}.png", contents.get(name, (f"{name}.png", ""))[0]}:
+            shutil.copy2(work / "gallery" / picture, folder / "gallery")
     shutil.copytree(work / "extra", folder / "extra")
 
 

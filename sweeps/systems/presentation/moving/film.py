@@ -30,7 +30,7 @@ def frames(motion: "xr.Dataset", model: "Model") -> Iterator[np.ndarray]:
     words = [*animation.format_parameters(model.system, motion), animation.frame_times(times[-1])[1]]
     figure = animation.empty_stage(INCHES, DOTS, model.system.title, ",  ".join(words), (11.0, 7.5))
     has_picture = not model.system.attitude_equations and picture(model.system, model.equations)
-    setters = [_scene(figure.add_axes((0.0, 0.02, 0.45, 0.8)), motion, model.equations)] if has_picture else []
+    setters = [draw_scene(figure.add_axes((0.0, 0.02, 0.45, 0.8)), motion, model.equations)] if has_picture else []
     names = [place.name for place in model.equations.places][:MAX_CURVES]
     for k, (name, ax) in enumerate(zip(names, _panels(figure, len(names), 0.56 if has_picture else 0.13), strict=True)):
         ax.plot(times, motion[name], color=colors.SERIES_COLORS[k], lw=1.2)
@@ -54,7 +54,7 @@ def _panels(figure, count: int, x: float):
     return panels
 
 
-def _scene(ax, motion, equations):
+def draw_scene(ax, motion, equations):
     """Draw the picture of a motion; return the function that sets its artists to a frame."""
     elements = [
         (kind, points if points.shape[-1] == 2 else points @ SCREEN)
