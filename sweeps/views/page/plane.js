@@ -42,7 +42,7 @@ class Plane {
 
 /** Return the height of the map: that of the pictures next to it, or nearly its width. */
 function mapHeight(target) {
-  if (lecture.on && innerWidth > 860) return innerHeight - 15.5 * textSize(); // room for a step's text, the colours and the verdict
+  if (lecture.on && innerWidth > 860) return innerHeight - 17.5 * textSize(); // room for a step's text, the colours and the verdict
   const beside = document.querySelector(".explorer.turns") && innerWidth > 860;
   return beside ? Math.max(300, Math.min(520, innerHeight - 330)) : Math.min(innerWidth > 860 ? 560 : 380, Math.max(300, target.clientWidth * 0.8));
 }
