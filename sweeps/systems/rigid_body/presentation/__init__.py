@@ -18,7 +18,9 @@ def sentence(dataset: Dataset) -> str:
         earth = dataset.sel(body="Earth", axis=3).isel(cut_at(dataset), missing_dims="ignore")
         days = 2.0 * np.pi / earth["frequency"].item() / 86400.0
         return f"A rigid Earth would wobble in {days:.0f} days; the Earth takes 433"
-    point = dataset[["omega_squared"]].isel(racket_at(dataset) or {}).squeeze()
+    if (place := racket_at(dataset)) is None:
+        return ""
+    point = dataset[["omega_squared"]].isel(place).squeeze()
     seconds = np.log(10.0) / np.sqrt(-point["omega_squared"].item())
     return f"At {point['omega0'].item():g} rad/s a racket's wobble about axis 2 grows tenfold in {seconds:.3f} s"
 
