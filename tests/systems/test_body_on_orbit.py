@@ -226,7 +226,12 @@ def exact_traces(motion, arguments, rate, steps):
 
 
 @pytest.mark.parametrize(
-    ("motion", "most", "steps"), [("libration", 1.57, 400), ("synchronous", 0.3, 80), ("synchronous", 0.85, 300)]
+    ("motion", "most", "steps"),
+    [
+        ("synchronous", 0.3, 80),
+        pytest.param("synchronous", 0.85, 300, marks=pytest.mark.slow),
+        pytest.param("libration", 1.57, 400, marks=pytest.mark.slow),
+    ],
 )
 def test_errors_contain_the_deviation_from_long_doubles(motion, most, steps):
     """Amplitudes up to a quarter turn but 8e-4 rad, eccentricities up to 0.85; 60 bodies, half of them near the end."""
@@ -356,7 +361,10 @@ def test_the_forced_motion_is_the_smallest_of_all_odd_ones(p, asymmetry, eccentr
     assert int(ds.branch) == 1 + sorted(rates).index(expected)
 
 
-@pytest.mark.parametrize(("asymmetry", "eccentricity"), [(0.4, 0.2), (0.36, 0.1), (0.9, 0.6)])
+@pytest.mark.parametrize(
+    ("asymmetry", "eccentricity"),
+    [(0.36, 0.1), *(pytest.param(*values, marks=pytest.mark.slow) for values in [(0.4, 0.2), (0.9, 0.6)])],
+)
 def test_a_motion_beyond_its_fold_closes_in_thirty_digits(asymmetry, eccentricity):
     """x(π) = 0 by a Taylor series of 30 digits, to the error of the reported start times its growth."""
     D, e = mpmath.mpf(asymmetry), mpmath.mpf(eccentricity)
