@@ -54,6 +54,7 @@ MAX_SEGMENT_ANGLE = 2.8  # rad, rotation of a perturbation within a segment; bel
 PULSE_FRACTION = 0.25  # segments are at most this over the steepest function of time: steps then meet all of its pulses
 SEGMENT_NUMBERS = [k * 2**j for j in range(9) for k in (4, 5, 6, 7)]  # allowed numbers: few, so that points share them
 FIRST_STEPS = 2  # Taylor steps of a segment in the first try
+FIRST_TANGENT_STEPS = 3  # the same of a tangent flow: 99 of 100 bodies at eccentricities up to 0.3 then reach 1e-12
 MAX_AMPLITUDE_EFFECT = 0.1  # relative change of a segment's matrix by the amplitude; beyond: perturbation_too_large
 MAX_GROUP_ENTRIES = 262_144  # segments times entries of the matrices of points that are integrated together
 BOUNDS_CHUNK = 2048  # points with bounds that are computed together: their arrays fit into the processor's cache
@@ -628,13 +629,18 @@ class BaseMotions:
         rows[1:] = [solve_elementwise(a, np.eye(m).tolist()) for a in rows[1:]]
         return np.reshape([np.broadcast_to(x, points) for a in rows for row in a for x in row], (-1, points))
 
+    @property
+    def segment_length(self) -> int:
+        """Length of a segment over that of MAX_SEGMENT_ANGLE: 2 in a tangent flow whose turns are not counted."""
+        return 1 if self.model.block is None or len(self.model.block) == 2 else 2
+
     @cached_property
     def num_segments(self) -> np.ndarray:
         """Number of segments of a period; 0 if there are too many, or if no motion is closed."""
         longest = np.diff(self.edges, axis=1).max(axis=1)
         angle = np.maximum(self.period * self.scale + 2.0 * np.pi, PULSE_FRACTION * self.steepness) * longest
         count, allowed = (
-            np.ceil(angle / MAX_SEGMENT_ANGLE),
+            np.ceil(angle / (MAX_SEGMENT_ANGLE * self.segment_length)),
             [1, 2, 3, *SEGMENT_NUMBERS] if self.model.variation.has_jumps else SEGMENT_NUMBERS,
         )
         is_usable = np.isfinite(count) & (self.residual <= MAX_RESIDUAL) & self.jumps_known
@@ -709,14 +715,15 @@ class BaseMotions:
         result = monodromy.measure_matrices(advance, rows, columns, inverses, owner, np.array(numbers))
         return unpack_matrices(result, n, monodromy.NOISE * np.sqrt(steps / FIRST_STEPS))
 
-    def measure(self, epsilon: np.ndarray, tolerance: float, steps: int = FIRST_STEPS) -> tuple:
+    def measure(self, epsilon: np.ndarray, tolerance: float, steps: int = 0) -> tuple:
         """Return (matrices in units of the states' sizes, amplitude_too_large, not_converged).
 
         Args:
             epsilon: size of the perturbation, shape (points,).
             tolerance: largest truncation, relative to a segment's matrix; steps are halved until it is met.
-            steps: steps of a segment at first.
+            steps: steps of a segment at first; by default FIRST_STEPS, of a tangent flow FIRST_TANGENT_STEPS.
         """
+        steps = steps or (FIRST_STEPS if self.model.block is None else FIRST_TANGENT_STEPS)
         matrices, (truncation, amplitude_effect) = self.measure_in_steps(epsilon, steps)
         is_too_large, is_unresolved = amplitude_effect > MAX_AMPLITUDE_EFFECT, ~(truncation <= tolerance)
         if self.model.block is not None:
@@ -735,7 +742,7 @@ class BaseMotions:
 
         In longer steps the matrices from both phases differed by `last`.
         """
-        steps = steps or 2 * (5 * int(self.num_segments[0]) // 8 + 1)  # an even number
+        steps = steps or 2 * (5 * self.segment_length * int(self.num_segments[0]) // 8 + 1)  # an even number
         if has_jumps := self.model.variation.has_jumps:  # steps end there
             steps += -steps % (5 * int(self.num_pieces[0]))
         flow, later, trace = self.integrate_variation(steps)

@@ -215,6 +215,22 @@ def planar_motions(arguments: dict[str, np.ndarray]) -> periodic.BaseMotions:
     return base
 
 
+def tilt_motions(arguments, motion: str, planar: periodic.BaseMotions | None = None) -> periodic.BaseMotions:
+    """Return the motions of the system of tilts; `planar` has the planar motions of resonances."""
+    model, size, known = tilt_model(motion), arguments["p"].size, None
+    slot = np.zeros(size, dtype=int)
+    if motion == "libration":  # from the radius, at the rate that energy gives
+        nodes, rounding = np.stack([0.0 * slot, arguments["rate"]], axis=1)[:, None], np.full(size, ROUNDING)
+        known = periodic.KnownMotions(nodes, slot + 1, np.ones((size, 2)), 0.0 * slot, slot + statuses.OK, rounding)
+    elif planar:
+        anomaly = 2.0 * np.pi * np.arange(planar.nodes.shape[1]) / planar.num_nodes[:, None]
+        inertia = (1.0 + arguments["eccentricity"][:, None] * np.cos(anomaly)) ** 2
+        nodes = planar.nodes * np.stack([np.ones_like(inertia), inertia], axis=2)  # y = m x'
+        settings = planar.num_nodes, planar.sizes, planar.residual, planar.status, planar.error
+        known = periodic.KnownMotions(nodes, *settings)
+    return periodic.BaseMotions(model, model.parameters(arguments, size), slot, known)
+
+
 def start_of_motion(point: dict[str, np.ndarray]) -> tuple[float, float, float]:
     """Return the period in radians of the true anomaly, and δ and δ' at the start, of a single point.
 
@@ -281,22 +297,11 @@ def _survey_plane(points, motion, plane, tolerance, motions):
 
     Planar motions are stored in `motions`, by the arguments, as the second plane has the same.
     """
-    arguments, model = arguments_of(points, motion), tilt_model(motion)
-    size, planar = arguments["p"].size, None
-    arguments["equilibrium"] = slot = np.zeros(size, dtype=int)
-    if motion == "libration":  # from the radius, at the rate that energy gives
-        nodes, rounding = np.stack([0.0 * slot, arguments["rate"]], axis=1)[:, None], np.full(size, ROUNDING)
-        planar = periodic.KnownMotions(nodes, slot + 1, np.ones((size, 2)), 0.0 * slot, slot + statuses.OK, rounding)
-    starts = None if motion in RESONANCES else _start_columns(arguments, motion)
+    arguments, base = arguments_of(points, motion), None
+    arguments["equilibrium"] = np.zeros(arguments["p"].size, dtype=int)
     if motion in RESONANCES:
         key = tuple(values.tobytes() for values in arguments.values())
         base = motions[key] = motions.get(key) or planar_motions(arguments)
-        starts = _start_columns(arguments, motion, base)
-        if plane == "in_plane":
-            return periodic.survey(base.model, arguments, tolerance, base) | starts
-        anomaly = 2.0 * np.pi * np.arange(base.nodes.shape[1]) / base.num_nodes[:, None]
-        inertia = (1.0 + arguments["eccentricity"][:, None] * np.cos(anomaly)) ** 2
-        nodes = base.nodes * np.stack([np.ones_like(inertia), inertia], axis=2)  # y = m x'
-        planar = periodic.KnownMotions(nodes, base.num_nodes, base.sizes, base.residual, base.status, base.error)
-    base = periodic.BaseMotions(model, model.parameters(arguments, size), slot, planar)
-    return periodic.survey(model, arguments, tolerance, base) | starts
+    motions_of_plane = base if base and plane == "in_plane" else tilt_motions(arguments, motion, base)
+    columns = periodic.survey(motions_of_plane.model, arguments, tolerance, motions_of_plane)
+    return columns | _start_columns(arguments, motion, base)
