@@ -48,10 +48,10 @@ def faults(figure, monkeypatch):
 
 def color_of(handle):
     """Return the colour of a legend's entry, shape (3,), 0 to 255; None for a hatch or an outline alone."""
-    for name in ("get_facecolor", "get_markerfacecolor", "get_color", "get_edgecolor"):
+    for name in ("get_facecolor", "get_markerfacecolor", "get_markeredgecolor", "get_color", "get_edgecolor"):
         with contextlib.suppress(AttributeError, ValueError, IndexError):
             *rgb, alpha = np.asarray(to_rgba_array(getattr(handle, name)()))[0]
-            if alpha > 0.0:
+            if alpha > 0.0 and min(rgb) < 1.0:  # a hollow mark has the paper's colour inside
                 return None if getattr(handle, "get_hatch", lambda: None)() else 255.0 * np.array(rgb)
     return None
 

@@ -33,11 +33,11 @@ def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     small_axes = [axis for axis in axes_of_spin if axis != main_axis]
     title = head_texts(ds, "All possible rigid bodies" if is_of_shapes(ds) else "Bodies by shape")[0]
     is_narrow = sheets.is_narrow()  # the small panels below, and not next to the large one
-    size = (4.2, 6.2) if is_narrow else (8.6, 5.9) if small_axes else (5.6, 5.9)
+    size = (4.2, 7.2) if is_narrow else (8.6, 5.9) if small_axes else (5.6, 5.9)
     bodies = math.prod(ds.sizes[dim] for dim in ("point", *SHAPE) if dim in ds.sizes)
     points = f"{bodies:,} bodies, spun about each axis, perturbed and measured"
     subtitle = f"{points}.  Colour: measured rate of the perturbation over the spin rate"
-    if is_of_shapes(ds) and ds["thickness"].max() < MIN_COVERED_THICKNESS:
+    if is_of_shapes(ds) and not is_narrow and ds["thickness"].max() < MIN_COVERED_THICKNESS:
         subtitle += "\ngrey: shapes nearer to I2 = I3, or thinner, than the map has"
     figure = canvas.make_figure(*size, title, subtitle, ax=ax)
     ratios = (1.9, 1.0) if small_axes else (1.0,)
