@@ -42,7 +42,7 @@ def measured(monkeypatch):
         write(definition, number, *rest)
 
     monkeypatch.setattr(pipeline, "write_shard", count_shard)
-    monkeypatch.setattr(pipeline, "_write_views", lambda folder, outdated, worker: None)  # pictures take seconds
+    monkeypatch.setattr(pipeline, "_write_views", lambda *_: None)  # pictures take seconds
     return numbers
 
 

@@ -46,6 +46,6 @@ def draw(dataset: xr.Dataset, target: Axes | None = None) -> Figure | None:
         for name, (low, middle, _), offset, side in real_bodies("tumblers.yaml"):
             panel.plot(low, middle, "o", ms=5, color=colors.PAPER, mec=colors.INK, zorder=6, gid="body")
             marks.annotate(panel, name, (low, middle), offset, ha=side, fontsize=8, path_effects=marks.halo(), zorder=7)
-    figure.colorbar(mesh, target=axes, label="mean angle of the wobble (degrees)", shrink=0.8)
+    figure.colorbar(mesh, ax=axes, label="mean angle of the wobble (degrees)", shrink=0.8)
     canvas.draw_legend(figure, [marks.hatched_patch(f"excluded by more than {MAX_EXCLUSION:g} standard errors")])
     return figure
