@@ -133,7 +133,9 @@ FAMILIES = {  # natural?, the further parameters of each family of two coordinat
 }
 
 
-@pytest.mark.parametrize("kind", [pytest.param(k, marks=pytest.mark.slow) if k == "damped" else k for k in FAMILIES])
+@pytest.mark.parametrize(
+    "kind", [pytest.param(k, marks=() if k == "gyroscopic" else pytest.mark.slow) for k in FAMILIES]
+)
 def test_modes_keep_their_curve_at_a_crossing_and_their_order_at_a_veering(kind):
     """Over a, modes of two coordinates cross at a = b/2 without coupling (each moves one of them), and veer with it."""
     natural, families = FAMILIES[kind]

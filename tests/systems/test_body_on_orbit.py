@@ -361,10 +361,8 @@ def test_the_forced_motion_is_the_smallest_of_all_odd_ones(p, asymmetry, eccentr
     assert int(ds.branch) == 1 + sorted(rates).index(expected)
 
 
-@pytest.mark.parametrize(
-    ("asymmetry", "eccentricity"),
-    [(0.36, 0.1), *(pytest.param(*values, marks=pytest.mark.slow) for values in [(0.4, 0.2), (0.9, 0.6)])],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("asymmetry", "eccentricity"), [(0.36, 0.1), (0.4, 0.2), (0.9, 0.6)])
 def test_a_motion_beyond_its_fold_closes_in_thirty_digits(asymmetry, eccentricity):
     """x(π) = 0 by a Taylor series of 30 digits, to the error of the reported start times its growth."""
     D, e = mpmath.mpf(asymmetry), mpmath.mpf(eccentricity)

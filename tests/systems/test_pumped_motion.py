@@ -197,7 +197,7 @@ def bodies(seed, n, epsilon=None):
     return points(**parameters, axis=rng.integers(1, 4, n), epsilon=size, phase=rng.uniform(-4.0, 4.0, n))
 
 
-@pytest.mark.parametrize("inverse", [False, True])
+@pytest.mark.parametrize("inverse", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_random_bodies_are_those_of_scipy(inverse):
     parameters = bodies(1, 10, 1e-10)
     columns = equations.survey(parameters, inverse)
