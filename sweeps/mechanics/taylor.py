@@ -24,6 +24,7 @@ processes; the hash is part of a map's `kernel_fingerprint`.
 import hashlib
 import json
 import sys
+import threading
 from functools import cached_property
 from pathlib import Path
 
@@ -67,6 +68,7 @@ CHECK = {"constant": "TOLD", "name": "check", "words": "Write the conserved quan
 # LLVM's time grows faster than the text: within a factor of two from 6,000 to 750,000 characters
 COMPILE_SECONDS = (0.1, 1e-5, 2.2e-11)  # s, constant, for each character, and for the square of their number
 SAMPLES_TIMES_CHARACTERS = 4e10  # samples a second and core, times the characters of the module
+IMPORT_LOCK = threading.RLock()  # held while a module is imported, as `sys.modules` has it from the start
 MIN_PERTURBATION = 1e-60  # smaller perturbations are replaced by this, since their squares might underflow
 
 
@@ -114,8 +116,9 @@ class Generated:
         return _write_module(cache_folder() / "generated", self.name, self.text)
 
     def module(self):
-        """Return the compiled module."""
-        return sys.modules.get(self.name) or load(self.path)
+        """Return the compiled module; threads that ask while it is imported wait for it."""
+        with IMPORT_LOCK:
+            return sys.modules.get(self.name) or load(self.path)
 
 
 class Code(Generated):

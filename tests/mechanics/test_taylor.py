@@ -2,6 +2,7 @@ import os
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -130,6 +131,15 @@ def test_lanes_do_not_see_each_other():
     lanes[:, 1:] *= np.linspace(0.5, 2.0, W - 1)
     lanes = advance(model, lanes.ravel(), 0.1 / scale, 20)
     assert np.array_equal(alone.reshape(-1, W)[:, 0], lanes.reshape(-1, W)[:, 0])
+
+
+def test_threads_wait_for_a_module_that_is_being_imported(tmp_path):
+    class SlowModule(taylor.Generated):
+        name, path = "slow_module", tmp_path / "slow_module.py"
+
+    SlowModule.path.write_text("import time\ntime.sleep(0.3)\nvalue = 1.0\n")
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(lambda _: SlowModule().module().value, range(4))) == [1.0] * 4
 
 
 @pytest.mark.slow
