@@ -142,23 +142,6 @@ def solve(
     return states, error, status.astype(np.int8)
 
 
-def states_at(code: Moving, parameters, start, times, tolerance: float) -> np.ndarray:
-    """Return the states of :func:`solve` without their errors: those of steps that are halved once.
-
-    Args:
-        code: as of :func:`integrate_in_steps`, as are `parameters`, `start` and `times`.
-        parameters: as there.
-        start: as there.
-        times: as there.
-        tolerance: as of :func:`solve`.
-    """
-    times, place = _add_comparison_times(times)
-    finer = FIRST_TERM_SHARE * tolerance / 2.0**code.order
-    states = integrate_in_steps(code, parameters, start, times, finer)[0]
-    states[:, 0] = start
-    return np.take_along_axis(states, place[..., None], axis=1)
-
-
 def solve_between_jumps(model, parameters, start, times, tolerance: float, min_size=None) -> tuple | None:
     """Return the same as :func:`solve` for equations that may jump in time; None if the jumps are not known.
 

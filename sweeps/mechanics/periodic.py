@@ -595,9 +595,8 @@ class BaseMotions:
                 times = self.period[group, None] * self.between_jumps(np.insert(inside, 0, k / K), group)[0].T
                 *_, constants = self.between_jumps(np.array([k / K]), group)
                 constants = list(map(np.ravel, constants))
-                states.append(
-                    motions.states_at(self.model.moving, constants, self.nodes[group, k], times, 1e-13)[:, 1:]
-                )
+                setting = self.nodes[group, k], times, 1e-13, self.sizes[group]
+                states.append(motions.solve(self.model.moving, constants, *setting)[0][:, 1:])
             states_at[:, :, group] = np.moveaxis(np.concatenate(states, axis=1)[:, index], 0, 2).swapaxes(0, 1)
         return states_at
 
