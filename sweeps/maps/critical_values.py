@@ -12,7 +12,8 @@ If the fastest growth passes from one eigenvalue to another, no invariant vanish
 Invariants: `sweeps.systems.invariants`. Source: Chandrupatla, Adv. Eng. Softw. 28 (1997) 145, for zeros.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -70,30 +71,42 @@ def find_critical_values(
     """
     import xarray as xr
 
-    if isinstance(stability_map, str | Path):
-        with storage.open_map(stability_map) as whole_map:
-            return find_critical_values(whole_map, along, places, definition, prefix)
-    slices.check_is_map(stability_map)
-    whole_map = slices.with_all_dimensions(stability_map)
-    sweep = sweep_of(whole_map, definition)
-    parameters = [dim for dim in sweep.grid.dims if whole_map[dim].dtype.kind == "f"]
-    if along not in parameters or whole_map.sizes[along] < MIN_POINTS:
-        long_enough = [dim for dim in parameters if whole_map.sizes[dim] >= MIN_POINTS]
-        allowed = f"a parameter with {MIN_POINTS} values or more ({', '.join(long_enough) or 'there is none'})"
-        near = "" if along in parameters else hint(along, parameters)
-        raise RefusedError(f"{prefix}along: {along} is no parameter with so many values{near}; allowed: {allowed}")
-    spectrum = [*sweep.system.spectrum, *sweep.grid.extra_dimensions] * (not system_of(sweep).modes_are_separate)
-    nearest = selection.nearest_places(whole_map, {name: str(value) for name, value in places.items()}, prefix)
-    cut = {dim: [place.index] for dim, place in nearest.items() if dim in places and dim not in (along, *spectrum)}
-    lines = Lines.of_map(whole_map.isel(cut), sweep, along, spectrum)
-    columns = lines.changes()
-    number = columns.pop("line")
-    changes = xr.Dataset({name: ("change", column) for name, column in columns.items()})
-    changes = changes.assign_coords({dim: ("change", values[number]) for dim, values in lines.places.items()})
-    for name, unit in (dict.fromkeys(lines.places) | UNITS).items():
-        unit = unit or whole_map[along if name in UNITS else name].attrs.get("units")
-        changes[name].attrs |= {"units": unit} if unit else {}
-    return changes.assign_attrs(along=along, title=whole_map.attrs.get("title", ""))
+    with open_spectral_map(stability_map, definition) as (whole_map, sweep, parameters):
+        if along not in parameters or whole_map.sizes[along] < MIN_POINTS:
+            long_enough = [dim for dim in parameters if whole_map.sizes[dim] >= MIN_POINTS]
+            allowed = f"a parameter with {MIN_POINTS} values or more ({', '.join(long_enough) or 'there is none'})"
+            near = "" if along in parameters else hint(along, parameters)
+            raise RefusedError(f"{prefix}along: {along} is no parameter with so many values{near}; allowed: {allowed}")
+        spectrum = [*sweep.system.spectrum, *sweep.grid.extra_dimensions] * (not system_of(sweep).modes_are_separate)
+        nearest = selection.nearest_places(whole_map, {name: str(value) for name, value in places.items()}, prefix)
+        cut = {dim: [place.index] for dim, place in nearest.items() if dim in places and dim not in (along, *spectrum)}
+        lines = Lines.of_map(whole_map.isel(cut), sweep, along, spectrum)
+        columns = lines.changes()
+        number = columns.pop("line")
+        changes = xr.Dataset({name: ("change", column) for name, column in columns.items()})
+        changes = changes.assign_coords({dim: ("change", values[number]) for dim, values in lines.places.items()})
+        for name, unit in (dict.fromkeys(lines.places) | UNITS).items():
+            unit = unit or whole_map[along if name in UNITS else name].attrs.get("units")
+            changes[name].attrs |= {"units": unit} if unit else {}
+        return changes.assign_attrs(along=along, title=whole_map.attrs.get("title", ""))
+
+
+@contextmanager
+def open_spectral_map(
+    stability_map: "xr.Dataset | str | Path", definition: str | None
+) -> Iterator[tuple["xr.Dataset", "Sweep", list[str]]]:
+    """Yield a map with all its dimensions, its sweep as of `sweep_of`, and its parameters: dimensions of numbers.
+
+    Args:
+        stability_map: a map, or its path.
+        definition: that of the map, if its system is a Python file.
+    """
+    is_path = isinstance(stability_map, str | Path)
+    with storage.open_map(stability_map) if is_path else nullcontext(stability_map) as given_map:
+        slices.check_is_map(given_map)
+        whole_map = slices.with_all_dimensions(given_map)
+        sweep = sweep_of(whole_map, definition)
+        yield whole_map, sweep, [dim for dim in sweep.grid.dims if whole_map[dim].dtype.kind == "f"]
 
 
 def sweep_of(whole_map: "xr.Dataset", definition: str | None = None) -> "Sweep":

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from sweeps.maps import critical_values, selection, slices, storage
+from sweeps.maps import critical_values, selection
 from sweeps.schema.refusals import RefusedError, hint
 from sweeps.systems import mode_curves
 from sweeps.systems.described import Described
@@ -44,22 +44,16 @@ def select_points(
         definition: that of the map, if its system is a Python file.
         prefix: precedes names in messages: "--" on the command line.
     """
-    if isinstance(stability_map, str | Path):
-        with storage.open_map(stability_map) as whole_map:
-            return select_points(whole_map, along, places, definition, prefix)
-    slices.check_is_map(stability_map)
-    whole_map = slices.with_all_dimensions(stability_map)
-    sweep = critical_values.sweep_of(whole_map, definition)
-    if not isinstance(sweep.system, Described):
-        allowed = "a map of a described system's modes, eigenvalues or multipliers"
-        raise RefusedError(f"map: its system {sweep.system.name} has no mode shapes; allowed: {allowed}")
-    parameters = [dim for dim in sweep.grid.dims if whole_map[dim].dtype.kind == "f"]
-    if along is not None and along not in parameters:
-        allowed = ", ".join(parameters)
-        raise RefusedError(f"{prefix}along: {along} is no parameter{hint(along, parameters)}; allowed: {allowed}")
-    nearest = selection.nearest_places(whole_map, {name: str(value) for name, value in places.items()}, prefix)
-    chosen = {dim: place for dim, place in nearest.items() if dim in places and dim != along}
-    return MapPoints(whole_map, sweep, along, chosen, prefix)
+    with critical_values.open_spectral_map(stability_map, definition) as (whole_map, sweep, parameters):
+        if not isinstance(sweep.system, Described):
+            allowed = "a map of a described system's modes, eigenvalues or multipliers"
+            raise RefusedError(f"map: its system {sweep.system.name} has no mode shapes; allowed: {allowed}")
+        if along is not None and along not in parameters:
+            allowed = ", ".join(parameters)
+            raise RefusedError(f"{prefix}along: {along} is no parameter{hint(along, parameters)}; allowed: {allowed}")
+        nearest = selection.nearest_places(whole_map, {name: str(value) for name, value in places.items()}, prefix)
+        chosen = {dim: place for dim, place in nearest.items() if dim in places and dim != along}
+        return MapPoints(whole_map, sweep, along, chosen, prefix)
 
 
 class MapPoints:
