@@ -28,7 +28,7 @@ def distinct(points):
     order = np.lexsort(keys)
     differs = (np.diff(keys[:, order], axis=1, prepend=np.nan) != 0.0).any(axis=0)
     starts = np.flatnonzero(differs | ~is_finite[order])
-    order_of_motions = np.argsort(order[starts])  # of the first points
+    order_of_motions = np.argsort(order[starts])  # motions are numbered by their first points
     motion = np.empty_like(order)
     motion[order] = np.repeat(np.argsort(order_of_motions), np.diff(starts, append=order.size))
     return order[starts][order_of_motions], motion

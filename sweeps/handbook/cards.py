@@ -62,7 +62,7 @@ def _system_scenes(axes, system, point: xr.Dataset, count: int) -> Iterator[list
         start[name] = point[f"{name}_{end}"].item() + DISPLACEMENT
     parameters = {name: point[name].item() for name in model.system.parameters}
     duration = 1.0
-    for _step in range(2):  # at the second step with the duration of a few oscillations
+    for _step in range(2):  # the first step finds the duration of a few oscillations, the second has it
         if not np.isfinite(duration):
             return
         times = np.linspace(0.0, duration, count)

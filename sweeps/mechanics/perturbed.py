@@ -284,7 +284,7 @@ class PerturbedCode(Series):
 
 
 class TangentCode(PerturbedCode):
-    """The same for infinitesimal perturbations: the variational flow, integrated together with the base motion.
+    """Code of infinitesimal perturbations: their variational flow, integrated together with the base motion.
 
     Perturbed are the states `block`, which are independent of all others to first order. If others exist, the block
     vanishes in the base motion. Functions are carried along over the period: nothing is evaluated in between.

@@ -254,7 +254,7 @@ def _geom_points(geom: Element, settings: Mapping[str, str], name: str) -> np.nd
     if count < (1 if has_ends else num_sizes):
         return None
     sizes = _numbers(geom, "size", "0 " * count, name)
-    if has_ends:  # of its axis
+    if has_ends:  # `fromto` has both ends of the axis
         ends = np.reshape(_numbers(geom, "fromto", "0 " * 6, name), (2, 1, 3))
         return (ends + sizes[0] * CORNERS).reshape(-1, 3)
     return _box(kind, sizes[:num_sizes], _mjcf_pose(geom, settings, name))

@@ -197,7 +197,7 @@ def test_modes_are_exchanged_around_an_exceptional_point_and_the_cut_ends_there(
     ds = sweeps.survey(system=two_coordinates(False), b=b, coupling=coupling, gyro=0.0, **grid)
     cuts = mode_curves_of(ds).cut_drag
     is_beyond = (grid["a"] > a + 0.01) & (np.searchsorted(grid["drag"], drag) - 1 == np.arange(14)[:, None])
-    np.testing.assert_array_equal(cuts, is_beyond)  # from the cell of the point to the end of a
+    np.testing.assert_array_equal(cuts, is_beyond)  # the cut runs from the cell of the point to the end of a
     panel = sweeps.plot.mode_surface(ds, "a", "drag", 3)
     (line,) = [artist for artist in panel.collections if artist.get_gid() == "cut"]
     ends = np.array(line.get_segments())

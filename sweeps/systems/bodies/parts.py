@@ -317,7 +317,7 @@ def read_bodies(source: str | Mapping) -> list[FileBody]:
         DefinitionError: naming the key, its value and the allowed values.
     """
     label, name = (source, Path(source).stem) if isinstance(source, str) else ("body", "your body")
-    bodies, folder = [], str(Path(label).parent)  # to which paths of meshes are relative
+    bodies, folder = [], str(Path(label).parent)  # paths of meshes are relative to the folder
     try:
         values: Any = _file_values(source) if isinstance(source, str) else plain(source)
         if not isinstance(values, dict) or "parts" not in values:

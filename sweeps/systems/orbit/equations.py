@@ -219,7 +219,7 @@ def tilt_motions(arguments, motion: str, planar: periodic.BaseMotions | None = N
     """Return the motions of the system of tilts; `planar` has the planar motions of resonances."""
     model, size, known = tilt_model(motion), arguments["p"].size, None
     slot = np.zeros(size, dtype=int)
-    if motion == "libration":  # from the radius, at the rate that energy gives
+    if motion == "libration":  # it starts at the radius, with the rate that its energy gives
         nodes, rounding = np.stack([0.0 * slot, arguments["rate"]], axis=1)[:, None], np.full(size, ROUNDING)
         known = periodic.KnownMotions(nodes, slot + 1, np.ones((size, 2)), 0.0 * slot, slot + statuses.OK, rounding)
     elif planar:

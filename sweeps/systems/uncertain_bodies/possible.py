@@ -93,7 +93,8 @@ def find_axes(entries: np.ndarray, axes: np.ndarray) -> tuple[np.ndarray, np.nda
         tensors[:, i, j] = tensors[:, j, i] = entry
     moments, vectors = np.linalg.eigh(axes @ tensors @ axes.T)
     rows = np.swapaxes(vectors, 1, 2)
-    order = ORDERS[np.abs(rows[:, ORDERS, range(3)]).sum(axis=2).argmax(axis=1)]  # of the nearest nominal axes
+    # rows are numbered as the nearest nominal axes
+    order = ORDERS[np.abs(rows[:, ORDERS, range(3)]).sum(axis=2).argmax(axis=1)]
     rows = np.take_along_axis(rows, order[:, :, None], axis=1)
     rows *= np.where(np.diagonal(rows, axis1=1, axis2=2) < 0, -1.0, 1.0)[:, :, None]
     rows[:, 2] *= np.sign(np.linalg.det(rows))[:, None]

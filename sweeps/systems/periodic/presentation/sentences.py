@@ -17,7 +17,7 @@ def resonances(panel: Dataset, strength: str, drive: str) -> dict[float, str]:
     rates = panel["exponent_imag"].sel({strength: 0.0}).sortby(drive).transpose(drive, "multiplier").values
     modes = np.unique(np.abs(rates[-1]).round(6))
     if modes.size != 2 or not np.allclose(np.sort(rates[-1]), np.sort(rates[-2]), rtol=1e-3):
-        return {}  # at the highest frequency they are larger than half of it
+        return {}  # exponents above half of the highest frequency are known but for its multiples
     first, second = modes.tolist()
     names = {2.0 * first: "2ω₁", first + second: "ω₁+ω₂", 2.0 * second: "2ω₂", second: "ω₂"}
     names[0.5 * (first + second)] = "(ω₁+ω₂)/2"

@@ -30,7 +30,7 @@ def draw(dataset: xr.Dataset, target: Axes | None = None) -> Figure | None:
     swing = np.sqrt(dataset["gravity"].item() / dataset["length"].values[0])
     index = int(np.argmin(np.abs(ratio["spin_rate"].values - swing / SWINGS_PER_TURN)))
     spin, turn = ratio["spin_rate"].values[index], ratio.values[index]
-    angle = np.linspace(0.0, QUARTER_TURN, 2000)  # by which the ground has turned
+    angle = np.linspace(0.0, QUARTER_TURN, 2000)  # rotation of the ground, rad
     path = np.cos(swing / spin * angle) * np.exp(-1j * turn * angle)
     path_ax.plot(path.real, path.imag, color=colors.STABLE, lw=0.8, gid="path")
     for words, end in (("first swing", 1.0 + 0.0j), ("after a quarter turn", np.exp(-1j * turn * QUARTER_TURN))):
