@@ -66,7 +66,7 @@ def test_errors_cover_in_random_definitions():
     assert sum(line.startswith("|") for line in error_bars.of_definitions(table)) == 2 + len(error_bars.COLUMNS)
 
 
-@pytest.mark.parametrize(("name", "definitions", "points"), [("tumbling", 6, 4), ("symmetric_top", 60, 10)])
+@pytest.mark.parametrize(("name", "definitions", "points"), [("tumbling", 2, 12), ("symmetric_top", 60, 10)])
 def test_errors_cover_in_random_definitions_of(name, definitions, points):
     """A sample of `random_motions.py`; of so few points the promise of 999 in 1,000 allows one outside."""
     table = random_motions.random_definitions(name, definitions, points, seed=29, max_samples=500)

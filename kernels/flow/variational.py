@@ -131,7 +131,8 @@ def compile_step(m, n, entries):
 
         return by_lines
     size, count = STAGES * m, STAGES * len(entries)
-    rows, columns, weights, slopes = np.reshape([*equation_terms(m, n, entries)], (-1, 4)).T
+    # copied, for code with arrays that are not contiguous would not be kept in the cache
+    rows, columns, weights, slopes = np.reshape([*equation_terms(m, n, entries)], (-1, 4)).T.copy()
     places = W * np.where(columns < size, rows * size + columns, columns * size + rows)
     pairs = np.stack([places, W * slopes], axis=1).astype(np.uint64)  # unsigned: no index is from the end
 

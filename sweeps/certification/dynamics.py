@@ -63,6 +63,11 @@ def _in_body(p, q):
     return Rotation.from_quat(q, scalar_first=True).inv().apply(p)
 
 
+def _free_motion(w, q, f, inertia, p):
+    """Return w' and the rates by which attitudes turn, of free rotation: all of ALTERNATIVES with p = 0."""
+    return f, w
+
+
 IN_SPACE = "a constant torque in space"
 ALTERNATIVES = (  # word, equations in words, number of parameters p, (w', rates by which attitudes turn)
     ("first_order", "an error of first order of the step", 2,
@@ -88,7 +93,7 @@ def segments(motion: BodyMotion, resolution: float) -> Segments:
     for angle in ANGLES:
         last = np.clip(np.searchsorted(times, times[first] + angle), first + 1, n - 1)
         pairs = Segments(states[first], states[last], times[last] - times[first], moments, has_attitude)
-        if root_mean_square(_defect(pairs, lambda w, q, f, inertia, p: (f, w), np.zeros(1))) > CLEAR * resolution:
+        if root_mean_square(_defect(pairs, _free_motion, np.zeros(1))) > CLEAR * resolution:
             break
     return pairs
 
@@ -121,14 +126,14 @@ def explanations(motion: BodyMotion, resolution: float) -> list[Explanation]:
     from scipy.optimize import least_squares
 
     pairs, alternatives = segments(motion, resolution), []
+    free = root_mean_square(_defect(pairs, _free_motion, np.zeros(1)))
     for word, text, number, rhs in ALTERNATIVES:
         if motion.q is None and (text == IN_SPACE or word == "kinematics"):
             continue
-        begin = _defect(pairs, rhs, np.zeros(number))
         solution = least_squares(
             lambda x, rhs=rhs: _defect(pairs, rhs, SCALE * x), np.zeros(number), max_nfev=ITERATIONS,
             bounds=(-MAX_PARAMETER / SCALE, MAX_PARAMETER / SCALE),
         )  # fmt: skip
-        score = root_mean_square(solution.fun) / max(root_mean_square(begin), np.finfo(float).tiny)
+        score = root_mean_square(solution.fun) / max(free, np.finfo(float).tiny)
         alternatives.append(Explanation(word, text, SCALE * solution.x, score))
     return sorted(alternatives, key=lambda alternative: alternative.score)

@@ -10,6 +10,7 @@ from sweeps.certification.reference import BodyMotion, exact_motion, row_errors
 
 FIRST_ROWS = 8  # rows of the first fit; each further one has twice as many, so that none is half a turn off
 FITTED_ROWS = 400  # number of rows in each fit but the last
+GUESS_ACCURACY = 1e-6  # relative accuracy of each fit but the last, which the next fit begins from
 MIN_ANGLE = 1e-9  # rad about each axis, in place of no rotation at all, from which no fit begins
 MAX_CHANGE = 5.0  # largest change of a parameter by one fit
 PARAMETERS = {"attitude": 3, "rates": 3, "clock": 1, "delay": 1, "ratios": 2}  # name → number of components
@@ -73,13 +74,15 @@ def fit(motion: BodyMotion, guess: Fit, names: Sequence[str], last_rows: int = F
     number = sum(PARAMETERS[name] for name in names)
     size = FIRST_ROWS
     while True:
-        rows = motion.select(slice(size)).thin_rows(last_rows if size >= n else FITTED_ROWS)
+        is_last = size >= n
+        rows = motion.select(slice(size)).thin_rows(last_rows if is_last else FITTED_ROWS)
+        accuracy = 1e-15 if is_last else GUESS_ACCURACY
         solution = least_squares(
             lambda x, rows=rows, begin=best: np.concatenate(begin.with_parameters(x, names).residuals(rows)).ravel(),
-            np.zeros(number), method="lm", xtol=1e-15, ftol=1e-15, max_nfev=40 * number,
+            np.zeros(number), method="lm", xtol=accuracy, ftol=accuracy, max_nfev=40 * number,
         )  # fmt: skip
         best = best.with_parameters(solution.x, names)
-        if size >= n:
+        if is_last:
             return best
         size *= 2
 

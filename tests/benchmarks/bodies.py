@@ -8,11 +8,16 @@ that bodies of a batch are similar.
 """
 
 import math
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import mpmath as mp
 import numpy as np
 from numba import njit
+
+sys.path.append(str(Path(__file__).parents[1]))
+from precise import Textbook
 
 from kernels.estimator import measure
 from kernels.free import linear, rigid_body
@@ -114,45 +119,15 @@ def truth(bodies):
 
 
 def _closed_form(body):
-    """Samples of one body: the textbook's solution, with L², 2E and a phase found from the start."""
-    I = [mp.mpf(float(body.points[name][0])) for name in ("I1", "I2", "I3")]  # noqa: E741
+    """Samples of one body: the textbook's solution."""
+    moments = [float(body.points[name][0]) for name in ("I1", "I2", "I3")]
     axes = [int(i[0]) for i in rigid_body.cyclic(body.points["axis"])]
     nudge = mp.mpf(float(body.points["epsilon"][0]))
-    w = [None] * 3
+    start = [None] * 3
     for i, x, unit in zip(axes, body.start[0], (1, nudge, nudge), strict=True):
-        w[i] = mp.mpf(float(x)) * unit
-    roles, amplitudes, p, m, u0 = _constants(I, w)
-    samples = np.empty((TIMES.size, 2))
-    for n, t in enumerate(TIMES):
-        u = p * mp.mpf(float(t)) + u0
-        now = {
-            i: x * mp.ellipfun(name, u, m=m) for i, x, name in zip(roles, amplitudes, ("sn", "cn", "dn"), strict=True)
-        }
-        samples[n] = [float(now[i] / nudge) for i in axes[1:]]
-    return samples
-
-
-def _constants(I, w):  # noqa: E741
-    """Roles of the axes (sn, cn, dn), their amplitudes, the elliptic frequency, the parameter and the first phase.
-
-    Source: Landau and Lifshitz, Mechanics, section 37.
-    """
-    momentum = mp.fsum((a * b) ** 2 for a, b in zip(I, w, strict=True))
-    energy = mp.fsum(a * b**2 for a, b in zip(I, w, strict=True))
-    low, s, high = sorted(range(3), key=lambda i: I[i])
-    c, d = (low, high) if energy * I[s] < momentum else (high, low)
-    product = (I[d] - I[s]) * (momentum - energy * I[c])
-    difference = energy * I[d] - momentum
-    m, m1 = (I[s] - I[c]) * difference / product, (I[d] - I[c]) * (momentum - energy * I[s]) / product
-    of_s = mp.sqrt(difference / (I[s] * (I[d] - I[s])))
-    of_c = mp.sqrt(difference / (I[c] * (I[d] - I[c])))
-    of_d = mp.sqrt((momentum - energy * I[c]) / (I[d] * (I[d] - I[c]))) * (-1 if w[d] < 0 else 1)
-    if (I[(s + 1) % 3] - I[(s + 2) % 3]) * of_d < 0:  # at cn = 1 the sn component rises by Euler's equation
-        of_s = -of_s
-    sn, cn = w[s] / of_s, w[c] / of_c
-    u0 = sn * mp.elliprf(cn**2, cn**2 + m1 * sn**2, 1)
-    u0 = u0 if cn >= 0 else mp.sign(sn) * 2 * mp.ellipk(m) - u0
-    return (s, c, d), (of_s, of_c, of_d), mp.sqrt(product / (I[0] * I[1] * I[2])), m, u0
+        start[i] = mp.mpf(float(x)) * unit
+    motion = Textbook(moments, start)
+    return np.array([[float(w[i] / nudge) for i in axes[1:]] for w in map(motion, TIMES.tolist())])
 
 
 def errors(samples, expected):

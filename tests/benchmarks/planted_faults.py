@@ -38,18 +38,18 @@ def bodies(number):
         yield moments, start, Rotation.random(rng=rng).as_quat(scalar_first=True), rng
 
 
-def integrated(moments, start, q0, change, turning=lambda w, f: w, times=TIMES):
-    """The rows of other equations: w' = f + change(w, q), q' = q turning(w, f)/2, by DOP853."""
+def integrated(moments, start, q0, change, turning=lambda w, f: w, side=1):
+    """The rows of other equations, by DOP853: w' = f + change(w, q), q' = q v/2 or (side -1) v q/2, v = turning."""
 
     def derivative(_, y):
         w, q = y[:3], y[3:]
         f = np.cross(moments * w, w) / moments
         v = turning(w, f)
-        turn = [-q[1:] @ v, *(q[0] * v + np.cross(q[1:], v))]
+        turn = [-q[1:] @ v, *(q[0] * v + side * np.cross(q[1:], v))]
         return np.concatenate([f + change(w, q), 0.5 * np.array(turn)])
 
-    y = solve_ivp(derivative, times[[0, -1]], [*start, *q0], "DOP853", times, rtol=1e-12, atol=1e-13).y.T
-    return {"t": times, "w": y[:, :3], "q": y[:, 3:] / np.linalg.norm(y[:, 3:], axis=1, keepdims=True)}
+    y = solve_ivp(derivative, TIMES[[0, -1]], [*start, *q0], "DOP853", TIMES, rtol=1e-12, atol=1e-13).y.T
+    return {"t": TIMES, "w": y[:, :3], "q": y[:, 3:] / np.linalg.norm(y[:, 3:], axis=1, keepdims=True)}
 
 
 def euler(moments, start, q0, steps, semi_implicit):
@@ -113,9 +113,6 @@ def kinds():
 
         return plant
 
-    def moved(moments, change, alone=""):
-        return lambda rows, m, start, q0, rng: table(without(exact_rows(moments(m), start, TIMES, q0), alone))
-
     def other(change, turning=lambda w, f: w, alone=""):
         def plant(rows, moments, start, q0, rng):
             p = rng.normal(size=3)
@@ -154,16 +151,7 @@ def kinds():
         return table(integrated(moments, start, q0, none, lambda w, f: w + off))
 
     def other_side(rows, moments, start, q0, rng):  # q' = w q/2 with the rates in the body
-        q = [q0]
-        for k in range(len(TIMES) - 1):
-            w = exact.rotation(moments, rows["w"][k], (np.arange(20) + 0.5) * TIMES[1] / 20)
-            for each in w:
-                turn = Rotation.from_rotvec(each * TIMES[1] / 20).as_quat(scalar_first=True)
-                s, v, a, b = turn[0], turn[1:], q[-1][0], q[-1][1:]
-                last = np.array([s * a - v @ b, *(s * b + a * v + np.cross(v, b))])
-                q.append(last)
-            q = [*q[: k + 1], q[-1]]
-        return table(rows | {"q": np.array(q)})
+        return table(integrated(moments, start, q0, none, side=-1))
 
     def inertia(size, alone=""):
         def plant(rows, moments, start, q0, rng):
@@ -181,39 +169,38 @@ def kinds():
     def dissipation(m, p, s):
         return lambda w, q: s / m.max() * np.cross(m * w, np.cross(m * w, w)) / m
 
-    single = changed
     return {
         "scalar_last": {
-            "last": single("q", lambda r: np.roll(r["q"], -1, axis=1)),
+            "last": changed("q", lambda r: np.roll(r["q"], -1, axis=1)),
             "last, attitude alone": lambda r, *a: table({"t": TIMES, "q": np.roll(r["q"], -1, axis=1)}),
         },
         "inverse_quaternion": {
-            "conjugate": single("q", lambda r: r["q"] * [1, -1, -1, -1]),
+            "conjugate": changed("q", lambda r: r["q"] * [1, -1, -1, -1]),
             "conjugate, attitude alone": lambda r, *a: table({"t": TIMES, "q": r["q"] * [1, -1, -1, -1]}),
         },
         "full_angle": {
-            "square": single("q", lambda r: squared(r["q"])),
+            "square": changed("q", lambda r: squared(r["q"])),
             "factor 2": lambda r, m, start, q0, rng: table(integrated(m, start, q0, none, lambda w, f: 2 * w)),
         },
         "axes_swapped": {
-            "y and z of attitudes": single("q", lambda r: r["q"][:, [0, 1, 3, 2]]),
-            "cyclic rates": single("w", lambda r: r["w"][:, [1, 2, 0]]),
+            "y and z of attitudes": changed("q", lambda r: r["q"][:, [0, 1, 3, 2]]),
+            "cyclic rates": changed("w", lambda r: r["w"][:, [1, 2, 0]]),
             "both": lambda r, *a: table(r | {"q": r["q"][:, [0, 2, 3, 1]], "w": r["w"][:, [1, 2, 0]]}),
         },
         "left_handed": {
-            "z of attitudes": single("q", lambda r: r["q"] * [1, -1, -1, 1]),
-            "z of rates": single("w", lambda r: r["w"] * [1, 1, -1]),
+            "z of attitudes": changed("q", lambda r: r["q"] * [1, -1, -1, 1]),
+            "z of rates": changed("w", lambda r: r["w"] * [1, 1, -1]),
             "matrix": lambda r, *a: matrix(r),
         },
         "kinematics": {"drift": drifting, "from the other side": other_side},
-        "not_unit": {"growing": single("q", lambda r: r["q"] * (1 + 1e-4 * TIMES)[:, None])},
-        "space_rates": {"space": single("w", lambda r: turned(r["q"], r["w"]))},
+        "not_unit": {"growing": changed("q", lambda r: r["q"] * (1 + 1e-4 * TIMES)[:, None])},
+        "space_rates": {"space": changed("w", lambda r: turned(r["q"], r["w"]))},
         "degrees": {
-            "times": single("w", lambda r: np.degrees(r["w"])),
-            "divided": single("w", lambda r: np.radians(r["w"])),
+            "times": changed("w", lambda r: np.degrees(r["w"])),
+            "divided": changed("w", lambda r: np.radians(r["w"])),
             "times, rates alone": lambda r, *a: table({"t": TIMES, "w": np.degrees(r["w"])}),
         },
-        "negated_rates": {"negated": single("w", lambda r: -r["w"])},
+        "negated_rates": {"negated": changed("w", lambda r: -r["w"])},
         "staggered": {"late": late},
         "wrong_inertia": {
             "1e-3": inertia(1e-3), "10 %": inertia(0.1),

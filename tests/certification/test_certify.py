@@ -21,14 +21,14 @@ from sweeps.certification.reference import EARTH_RATE
 
 FOLDER = os.environ.get("POLHODE_NESC_CASE_2", "")  # the folder Atmos_02_TumblingBrickNoDamping of nasa/simupy-flight
 MOMENTS = ["--moments", *map(str, BRICK)]
-TIMES = np.linspace(0.0, 30.0, 301)
+TIMES = np.linspace(0.0, 30.0, 61)
 
 
 def write_drifting_table():
     """The brick relative to north-east-down, as NASA's tools print it."""
     motion = exact_rows(BRICK, BRICK_START, TIMES)
     longitude = np.degrees(1e-9 * TIMES**3)
-    turns = np.column_stack([EARTH_RATE * TIMES + np.radians(longitude), np.full(301, -np.pi / 2)])
+    turns = np.column_stack([EARTH_RATE * TIMES + np.radians(longitude), np.full(TIMES.size, -np.pi / 2)])
     frame = Rotation.from_euler("ZY", turns)
     attitude = Rotation.from_quat(motion["q"], scalar_first=True)
     angles = (frame.inv() * frame[0] * attitude).as_euler("ZYX", degrees=True).T
@@ -45,11 +45,11 @@ def test_a_local_frame_turns_with_the_earth(tmp_path, capsys):
     facts = json.loads(capsys.readouterr().out)
     assert facts["verdict"] == "pass"
     assert facts["attitude_error_max_rad"] < 1e-13  # roundings of degrees, 30 s of motion
-    assert main(["certify", path, *MOMENTS, "--json"]) == 3  # as if the local frame did not turn: off by its rotation
-    error = json.loads(capsys.readouterr().out)["attitude_error_end_rad"]
-    assert error == pytest.approx(EARTH_RATE * 30 + 1e-9 * 30**3, rel=1e-6)
-    with_axis = sweeps.certify(write_drifting_table(), BRICK.tolist(), frame="local", frame_axis=[1, 0, 0]).attrs
-    assert with_axis["attitude_error_end_rad"] == pytest.approx(1e-9 * 30**3, rel=1e-6)  # all but the fall
+    # as if the local frame did not turn, the attitude is off by its rotation; with an axis of its own by the fall alone
+    options = {"frame": "local", "frame_axis": [1, 0, 0]}
+    for frame, error in (({}, EARTH_RATE * 30 + 1e-9 * 30**3), (options, 1e-9 * 30**3)):
+        facts = sweeps.certify(write_drifting_table(), BRICK.tolist(), tolerance=0.01, **frame).attrs
+        assert facts["attitude_error_end_rad"] == pytest.approx(error, rel=1e-6)
 
 
 @pytest.mark.skipif(not FOLDER, reason="POLHODE_NESC_CASE_2 names no folder with NASA's files")
@@ -75,7 +75,7 @@ def test_errors_are_those_of_the_file():
     assert facts["verdict"] == "fail"
     assert facts["attitude_error_max_rad"] == pytest.approx(3e-3, rel=1e-9)
     assert facts["attitude_error_end_rad"] == pytest.approx(3e-3, rel=1e-9)
-    assert facts["attitude_error_passes_tolerance_s"] == pytest.approx(10.1)
+    assert facts["attitude_error_passes_tolerance_s"] == pytest.approx(10.5)
     assert facts["rates_error_max_relative"] < 1e-14
     assert (facts["growth_kind"], facts["growth_coefficient"]) == ("linear", pytest.approx(1e-4, rel=1e-6))
     assert facts["energy_error_relative"] < 1e-14
@@ -109,8 +109,9 @@ def test_rates_alone_are_judged_by_rates():
 def test_fit_start_fits_the_start_and_says_so():
     motion = exact_rows(BRICK, BRICK_START, TIMES)
     motion["w"][0] *= 1 + 1e-5
-    first = sweeps.certify(table(motion), BRICK.tolist()).attrs
-    fitted = sweeps.certify(table(motion), BRICK.tolist(), fit_start=True).attrs
+    first, fitted = (
+        sweeps.certify(table(motion), BRICK.tolist(), tolerance=0.01, fit_start=fit).attrs for fit in (False, True)
+    )
     assert (first["start"], fitted["start"]) == ("first_row", "fitted")
     assert first["attitude_error_end_rad"] > 1e-4
     assert fitted["attitude_error_end_rad"] < 1e-6
@@ -172,7 +173,7 @@ def test_an_ill_conditioned_file_warns_and_leaves_with_0(tmp_path, capsys):
 
 def test_a_quaternion_that_is_not_unit_fails():
     motion = exact_rows(BRICK, BRICK_START, TIMES)
-    motion["q"] *= np.linspace(1.0, 1.01, 301)[:, None]
+    motion["q"] *= np.linspace(1.0, 1.01, TIMES.size)[:, None]
     facts = sweeps.certify(table(motion), BRICK.tolist()).attrs
     assert facts["attitude_error_max_rad"] < 1e-13
     assert facts["verdict"] == "fail"

@@ -85,12 +85,6 @@ def warm_cache(cache_and_backup):
     return cache
 
 
-def flip(path, at):
-    content = bytearray(path.read_bytes())
-    content[at] ^= 1
-    path.write_bytes(content)
-
-
 pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is stored uncompiled")
 
 
@@ -103,16 +97,17 @@ def test_what_is_sound_is_loaded_and_stays(warm_cache):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("damage", ["checksum", "middle", "end", "half", "empty", "noise"])
-def test_code_that_has_changed_is_not_run_but_made_again(warm_cache, damage):
+def test_code_that_has_changed_is_not_run_but_made_again(warm_cache):
     (file,) = warm_cache.files()
-    content = file.read_bytes()
-    places = {"checksum": 0, "middle": len(content) // 2, "end": len(content) - 1}
-    if damage in places:
-        flip(file, places[damage])
-    else:
-        file.write_bytes({"half": content[: len(content) // 2], "empty": b"", "noise": b"noise" * 99}[damage])
-    assert warm_cache.call("21") == ("42", 0)
+
+    def flip(at):
+        content = bytearray(file.read_bytes())
+        content[at] ^= 1
+        return content
+
+    for damaged in (lambda: flip(0), lambda: flip(-1), lambda: file.read_bytes()[:999], lambda: b""):
+        file.write_bytes(damaged())
+        assert warm_cache.call("21") == ("42", 0)
     assert warm_cache.call("21") == ("42", 1)
 
 
@@ -126,38 +121,32 @@ def test_code_of_another_signature_in_its_place_is_not_run(warm_cache):
 
 
 @pytest.mark.slow
-def test_an_edit_of_an_imported_kernel_compiles_what_imports_it_and_nothing_else(tmp_path):
+def test_an_edit_of_an_imported_kernel_compiles_what_imports_it_and_nothing_else(tmp_path, monkeypatch):
     checkout = tmp_path / "checkout"
     shutil.copytree(ROOT / "kernels", checkout / "kernels", ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.chdir(checkout)
     (checkout / "user.py").write_text(SOURCE)
     (checkout / "other.py").write_text(SOURCE.replace("from kernels.estimator import statuses\n", ""))
-    call = "import {0}; {0}.double(1); print(sum({0}.double.stats.cache_hits.values()))"
-    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache"), "PYTHONPATH": str(checkout)}
-    environment.pop("NUMBA_CACHE_DIR", None)
+    call = "import user, other; print(*(sum(m.double.stats.cache_hits.values()) for m in (user, other) if m.double(1)))"
+    places = {"XDG_CACHE_HOME": str(tmp_path / "cache"), "PYTHONPATH": str(checkout), "NUMBA_CACHE_DIR": ""}
 
-    def count_loaded(name):
-        options = {"cwd": checkout, "env": environment, "capture_output": True, "text": True, "check": True}
-        return int(subprocess.run([sys.executable, "-c", call.format(name)], **options).stdout)
+    def count_loaded():
+        return [int(count) for count in python(call, **places).split()]
 
-    assert [count_loaded("user"), count_loaded("other"), count_loaded("user"), count_loaded("other")] == [0, 0, 1, 1]
+    assert [count_loaded(), count_loaded()] == [[0, 0], [1, 1]]
     with (checkout / "kernels" / "estimator" / "statuses.py").open("a") as file:
         file.write("# edited\n")
-    assert [count_loaded("user"), count_loaded("other"), count_loaded("user")] == [0, 1, 1]
+    assert [count_loaded(), count_loaded()] == [[0, 1], [1, 1]]
 
 
 MEASURE = """
-import hashlib
 import numpy as np
-from kernels.events import tumbling, twist
-random = np.random.default_rng(7)
-moments = np.sort(np.exp(random.uniform(-1, 1, (3, 200))), axis=0)
-body = dict(zip(("I1", "I2", "I3"), moments)) | {{"omega0": random.uniform(1, 9, 200)}}
+from kernels.free import exact
+moments, start, times = (0.7, 1.0, 1.25), (0.3, 0.9, 0.2), np.linspace(-40.0, 40.0, 500)
 if {first}:
-    twist.survey(body | {{"chi": random.uniform(0.1, 1, 200), "theta": random.uniform(0, 6, 200)}}, 1e-9)
+    exact.rotation(moments, start, times)
 else:
-    energy = 1 + np.linspace(0.01, 0.99, 200) * (body["I3"] / body["I1"] - 1)
-    found = tumbling.survey(body | {{"energy": energy}}, 1e-9)
-    print(hashlib.sha256(b"".join(found[name].tobytes() for name in sorted(found))).hexdigest())
+    print(exact.attitude(moments, start, times).tobytes().hex())
 """
 
 
@@ -191,10 +180,10 @@ def test_closures_of_one_place_that_several_processes_compiled_are_not_taken_for
 
 @pytest.mark.slow
 def test_what_processes_store_at_one_moment_is_all_there(warm_cache):
-    arguments = ("1.0", "1j", "True", "1.0", "1j", "True")
-    for process in [warm_cache.begin(CALL.format(function="double", argument=argument)) for argument in arguments]:
+    arguments = ("1.0", "1j")
+    for process in [warm_cache.begin(CALL.format(function="double", argument=argument)) for argument in 2 * arguments]:
         assert process.wait() == 0
-    assert len(warm_cache.files()) == 4
+    assert len(warm_cache.files()) == 3
     for argument in ("1", *arguments):
         assert warm_cache.call(argument)[1] == 1
 

@@ -1,7 +1,7 @@
 """The closed form and the exact step against the differential equation, solved in high precision.
 
-Two references that are not ours.  ``taylor`` integrates Euler's equations in 220-bit integers by their Taylor
-series; it uses no elliptic function.  ``textbook`` is the solution in the textbook's terms, L^2, 2E and a
+Two references that are not ours (``tests/precise.py``).  ``taylor`` integrates Euler's equations in 220-bit integers by
+their Taylor series; it uses no elliptic function.  ``Textbook`` is the solution in the textbook's terms, L^2, 2E and a
 starting phase, by mpmath at 50 digits; it reaches any time.  The first test compares them with each other.
 """
 
@@ -9,92 +9,26 @@ import itertools
 import math
 import platform
 from fractions import Fraction
-from operator import mul
 
 import mpmath as mp
 import numba
 import numpy as np
+import precise
 import pytest
 import repeated
 from naive import jacobi
 from numba import njit
+from precise import Textbook, taylor
 from scipy.integrate import solve_ivp
 from scipy.spatial import cKDTree
 
 from kernels.compile.fingerprint import sources
 from kernels.free import elliptic_constants, exact
 
-BITS = 220
 ROUNDING = 2.0**-53
 BODIES = list(itertools.permutations((0.7, 1.0, 1.25)))
 SIGNS = list(itertools.product((1, -1), repeat=3))
 STARTING = [(0.3, 0.9, 0.2), (1.0, 0.2, 0.4), (0.4, 0.3, 1.0)]  # each about another axis, most of all
-
-
-def taylor(moments, start, times, order=44):
-    """w(t) at increasing times >= 0 by Taylor series in fixed point; order 64 gives 48 digits, 44 some 32."""
-    I1, I2, I3 = (Fraction(float(x)) for x in moments)
-    c = [(I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3]
-    size = max(abs(Fraction(float(x))) for x in start)
-    w = [int(Fraction(float(x)) / size * 2**BITS) for x in start]
-    c_fixed = [int(x * 2**BITS) for x in c]
-    longest = Fraction(1, 8) / max(Fraction(1, 10), *(abs(x) for x in c))
-    rows, now = [], Fraction(0)
-    for time in times:
-        gap = Fraction(float(time)) * size - now
-        steps = math.ceil(gap / longest)
-        for _ in range(steps):
-            w = taylor_step(w, c_fixed, int(gap / steps * 2**BITS), order)
-        now += gap
-        unit = mp.mpf(size.numerator) / size.denominator / mp.mpf(2) ** BITS
-        rows.append([x * unit for x in w])
-    return rows
-
-
-def taylor_step(w, c, h, order):
-    terms = [[x] for x in w]
-    for n in range(order):
-        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            convolution = sum(map(mul, terms[j][: n + 1], terms[k][n::-1])) >> BITS
-            terms[i].append((c[i] * convolution >> BITS) // (n + 1))
-    totals = [0, 0, 0]
-    for n in range(order, -1, -1):
-        totals = [x[n] + (total * h >> BITS) for x, total in zip(terms, totals, strict=True)]
-    return totals
-
-
-class Textbook:
-    """Constants, amplitudes and phase of an asymmetric top off the separatrix, in mpmath numbers."""
-
-    def __init__(self, moments, start):
-        I, w = [mp.mpf(x) for x in moments], [mp.mpf(x) for x in start]  # noqa: E741
-        L2, E2 = sum((a * b) ** 2 for a, b in zip(I, w, strict=True)), sum(a * b**2 for a, b in zip(I, w, strict=True))
-        low, s, high = sorted(range(3), key=lambda i: I[i])
-        c, d = (low, high) if E2 * I[s] < L2 else (high, low)
-        product = (I[d] - I[s]) * (L2 - E2 * I[c])
-        self.roles = s, c, d
-        self.p = mp.sqrt(product / (I[0] * I[1] * I[2]))
-        self.m = (I[s] - I[c]) * (E2 * I[d] - L2) / product
-        self.m1 = (I[d] - I[c]) * (L2 - E2 * I[s]) / product
-        self.K = mp.ellipk(self.m)
-        A_s = mp.sqrt((E2 * I[d] - L2) / (I[s] * (I[d] - I[s])))
-        A_c = mp.sqrt((E2 * I[d] - L2) / (I[c] * (I[d] - I[c])))
-        A_d = mp.sqrt((L2 - E2 * I[c]) / (I[d] * (I[d] - I[c]))) * (-1 if w[d] < 0 else 1)
-        # at cn = 1 the sn component must rise by Euler's equation
-        rises = (I[(s + 1) % 3] - I[(s + 2) % 3]) * A_d > 0
-        self.amplitudes = A_s if rises else -A_s, A_c, A_d
-        self.u0 = self.phase(w[s] / self.amplitudes[0], w[c] / A_c)
-
-    def phase(self, sn, cn):
-        u0 = sn * mp.elliprf(cn**2, cn**2 + self.m1 * sn**2, 1)
-        return u0 if cn >= 0 else mp.sign(sn) * 2 * self.K - u0
-
-    def __call__(self, t):
-        u = self.p * mp.mpf(t) + self.u0
-        components = [None] * 3
-        for axis, amplitude, name in zip(self.roles, self.amplitudes, ("sn", "cn", "dn"), strict=True):
-            components[axis] = amplitude * mp.ellipfun(name, u, m=self.m)
-        return components
 
 
 def textbook(moments, start, t):
@@ -102,17 +36,8 @@ def textbook(moments, start, t):
 
 
 def sensitivity(moments, start, t):
-    """Sum over all seven inputs x of |x dw/dx|, greatest over the components: one rounding's worth is 2^-53 of it."""
-    inputs = [mp.mpf(x) for x in (*moments, *start, t)]
-    small = mp.mpf(10) ** -20
-    base = textbook(inputs[:3], inputs[3:6], inputs[6])
-    total = [mp.mpf(0)] * 3
-    for i in range(7):
-        changed_inputs = list(inputs)
-        changed_inputs[i] *= 1 + small
-        changed_motion = textbook(changed_inputs[:3], changed_inputs[3:6], changed_inputs[6])
-        total = [sum_ + abs(a - b) / small for sum_, a, b in zip(total, changed_motion, base, strict=True)]
-    return float(max(total))
+    """Greatest effect on a component of one rounding of each input, over 2^-53."""
+    return float(max(precise.sensitivity(textbook, moments, start, t)))
 
 
 def distance(rows, expected):

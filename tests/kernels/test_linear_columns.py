@@ -86,7 +86,7 @@ def test_the_axis_encircled_is_that_of_the_difference_in_60_digits():
 
 @pytest.mark.parametrize("moments", [(1.0, 1.7, 2.3), (2.3, 1.0, 1.7), (1.7, 2.3, 1.0)])
 def test_the_axis_encircled_is_the_one_whose_component_keeps_its_sign(moments):
-    random, n = np.random.default_rng(5), 12
+    random, n = np.random.default_rng(5), 6
     a, b, c = moments
     axis, epsilon, phase = random.integers(1, 4, n), random.uniform(0.1, 0.95, n), random.uniform(0, 7, n)
     moment_columns = [np.full(n, x) for x in moments]
@@ -95,18 +95,19 @@ def test_the_axis_encircled_is_the_one_whose_component_keeps_its_sign(moments):
     for i in range(n):
         start = np.roll([1.0, epsilon[i] * np.cos(phase[i]), epsilon[i] * np.sin(phase[i])], axis[i] - 1)
         rates = lambda t, w: [(b - c) / a * w[1] * w[2], (c - a) / b * w[2] * w[0], (a - b) / c * w[0] * w[1]]  # noqa: E731
-        motion = solve_ivp(rates, (0, 150), start, method="DOP853", rtol=1e-11, atol=1e-13).y
+        motion = solve_ivp(rates, (0, 60), start, method="DOP853", rtol=1e-9, atol=1e-11).y
         keeps = {k for k in range(3) if np.ptp(np.sign(motion[k])) == 0}
         assert keeps == {int(np.argmin(moments) if flags[i] == linear.MINOR_AXIS else np.argmax(moments))}
 
 
 def test_symmetric_bodies_encircle_their_own_axis_and_spheres_none():
-    moments = np.array([[1.0, 1.0, 1.5], [1.0, 1.5, 1.5], [1.0, 1.0, 1.0]]).T
+    def encircles(I2, I3, **values):
+        points = {"I1": 1.0, "I2": I2, "I3": I3, "omega0": 1.0} | values
+        return linear.predict_columns(rigid_body.points_of(points))["encircles"].tolist()
+
     for axis in (1, 2, 3):
         for phase in (0.6, 2.1):
-            perturbation = np.full(3, 1e-300), np.full(3, phase)
-            flags = linear.predict_columns(Spins(*moments, np.full(3, axis), np.ones(3), *perturbation))["encircles"]
-            assert flags.tolist() == [linear.MAJOR_AXIS, linear.MINOR_AXIS, linear.NO_AXIS]
+            flags = encircles([1.0, 1.5, 1.0], [1.5, 1.5, 1.0], axis=axis, epsilon=1e-300, phase=phase)
+            assert flags == [linear.MAJOR_AXIS, linear.MINOR_AXIS, linear.NO_AXIS]
     # about axis 1 with the nudge along axis 2: in the plane of two equal moments, a steady spin
-    steady = linear.predict_columns(Spins(*moments[:, :1], np.array([1]), np.ones(1), np.full(1, 0.3), np.zeros(1)))
-    assert steady["encircles"].tolist() == [linear.NO_AXIS]
+    assert encircles(1.0, 1.5, axis=1, epsilon=0.3, phase=0.0) == [linear.NO_AXIS]
