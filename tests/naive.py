@@ -1,11 +1,10 @@
-"""Slow, obvious twins of the kernels: SciPy integrates, NumPy fits, mpmath and fractions compute."""
+"""Slow, obvious twins of the kernels: NumPy fits, mpmath and fractions compute."""
 
 import math
 from fractions import Fraction
 
 import mpmath
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from kernels.estimator import measure
 from kernels.free import elliptic
@@ -22,22 +21,6 @@ def coefficients(I1, I2, I3, axis):
     a, b, c = (np.array([0, 1, 2]) + axis - 1) % 3
     Ia, Ib, Ic = moments[a], moments[b], moments[c]
     return (Ib - Ic) / Ia, (Ic - Ia) / Ib, (Ia - Ib) / Ic
-
-
-def samples(I1, I2, I3, axis, sign, epsilon, phase, spacing, count):
-    """Transverse components over epsilon at count + 1 times, by DOP853 on the scaled equations."""
-    ca, cb, cc = coefficients(I1, I2, I3, axis)
-    e2 = epsilon * epsilon
-    solution = solve_ivp(
-        lambda t, w: (ca * e2 * w[1] * w[2], cb * w[2] * w[0], cc * w[0] * w[1]),
-        (0.0, spacing * count),
-        [sign, np.cos(phase), np.sin(phase)],
-        method="DOP853",
-        t_eval=spacing * np.arange(count + 1),
-        rtol=1e-13,
-        atol=1e-14,
-    )
-    return solution.y.T
 
 
 def rate_squared(transverse, spacing):

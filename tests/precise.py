@@ -8,7 +8,7 @@ import mpmath as mp
 import numpy as np
 
 ORDER = 24
-BITS = 220  # of the fixed point of :func:`taylor`
+BITS = 220  # number of binary digits behind the point in :func:`taylor`
 
 
 def taylor(moments, start, times, order=44, with_attitude=False):

@@ -316,14 +316,13 @@ def attitude(row, case, folder):
 
 def error(case, q):
     """Angle between an attitude after DURATION and the exact one, degrees."""
+    from scipy.spatial.transform import Rotation
+
     from kernels.free import exact
 
-    p = exact.attitude(*CASES[case], [DURATION])[0]
-    products = ((p[j] * q[k] - p[k] * q[j]) for j, k in ((2, 3), (3, 1), (1, 2)))
-    # the vector and the scalar part of conjugate(p) q
-    across = [p[0] * y - q[0] * x - z for x, y, z in zip(p[1:], q[1:], products, strict=True)]
-    along = sum(x * y for x, y in zip(p, q, strict=True))
-    return math.degrees(2 * math.atan2(math.hypot(*across), abs(along)))
+    expected = exact.attitude(*CASES[case], [DURATION])[0]
+    rotations = (Rotation.from_quat(each, scalar_first=True) for each in (expected, q))
+    return math.degrees((next(rotations).inv() * next(rotations)).magnitude())
 
 
 def step_text(row):

@@ -34,15 +34,6 @@ WITHOUT_DRIFTS = (*linear.NAMES, *(c.name for c in estimates.COLUMNS if c.work !
 BLOCK = 2**15
 
 
-def part_of_default(count):
-    """The default sweep's settings of a run, and about so many of its points, evenly taken."""
-    sweep = read_sweep(catalogue.shipped_files()[catalogue.DEFAULT])
-    run = sweep.definition.integration
-    every = max(1, sweep.grid.size // count)
-    points = {name: values[::every].copy() for name, values in sweep.grid.points(0, sweep.grid.size).items()}
-    return (run.rotations, run.samples_per_rotation, run.tolerance), points
-
-
 def blocks(points, size=BLOCK):
     """Points in runs of one size."""
     n = points["I1"].size
