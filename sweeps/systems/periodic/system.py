@@ -135,7 +135,7 @@ class FloquetSystem(SpectralSystem):
         ),
         "flow.variational",
     )
-    compiled = (Example("flow.monodromy"), Example("flow.variational"), PATHS)
+    compiled = (Example("flow.variational"), PATHS)  # the tangent flow is composed by kernels of flow.monodromy
     change_kinds: Mapping[str, str] = {
         "unstable": "positive_multiplier",
         **{name: name for name in ("period_doubling", "flutter")},
