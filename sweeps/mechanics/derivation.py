@@ -291,23 +291,23 @@ def _random_values(system):
 
 def _check_period(equations):
     """Check the equations a period later, at random places and times, in 40 digits: but for the period's rounding."""
-    system, t = equations.system, equations.system.time
-    for name, e in [(f"force {x}", e) for x, e in zip(equations.states, equations.f, strict=True)] + [
-        ("a_ij", e) for e in equations.a or ()
-    ]:
-        full_expression = system.without_switches(e)
-        for values in _random_values(system) if full_expression.has(t) else ():
-            T = system.given_period.subs(values).evalf(DIGITS)
-            at_time = values | {t: values[t] * T}
-            with mpmath.workdps(DIGITS):
-                value, slope = (complex(system.without_switches(f).subs(at_time).evalf(DIGITS)) for f in (e, e.diff(t)))
-                change = complex(
-                    (full_expression.subs(at_time | {t: at_time[t] + T}) - full_expression.subs(at_time)).evalf(DIGITS)
-                )
+    system, t, places = equations.system, equations.system.time, [*_random_values(equations.system)]
+    symbols = [x for x in places[0] if x not in equations.switches]
+    entries = [(f"force {x}", e) for x, e in zip(equations.states, equations.f, strict=True)]
+    for name, e in [*entries, *(("a_ij", e) for e in equations.a or ())]:
+        expressions = [system.without_switches(each) for each in (e, e.diff(t))]
+        function = sp.lambdify(symbols, [system.given_period, *expressions], "mpmath")
+        for values in places if expressions[0].has(t) else ():
+            with mpmath.workdps(2 * DIGITS):  # terms may cancel
+                at = {x: mpmath.mpf(values[x]) for x in symbols}
+                T, *_ = function(*at.values())
+                begin = at[t] * T
+                _, value, slope = function(*(at | {t: begin}).values())
+                change = function(*(at | {t: begin + T}).values())[1] - value
             if abs(change) > PERIOD_ROUNDING * abs(slope * T) + 1e-30 * abs(value):
                 raise DescriptionError(
-                    f"period: {name} is {value.real:.6g} at a time, and differs by {change.real:.2g} a period later; "
-                    "allowed: what leaves all equations the same, to all digits (2*pi/w, not 6.2832/w)"
+                    f"period: {name} is {complex(value).real:.6g} at a time, and differs by {complex(change).real:.2g} "
+                    "a period later; allowed: what leaves all equations the same, to all digits (2*pi/w, not 6.2832/w)"
                 )
 
 
@@ -316,13 +316,14 @@ def _check_conserved(equations):
     system = equations.system
     for name, quantity in system.conserved_quantities.items():
         terms = [quantity.diff(x) * f for x, f in zip(equations.q, equations.f, strict=True)]
-        terms.append(quantity.diff(system.time))
-        for values in _random_values(system):
+        places = [*_random_values(system)]
+        function = sp.lambdify([*places[0]], [*terms, quantity.diff(system.time)], "mpmath")
+        for values in places:
             with mpmath.workdps(DIGITS):
-                numbers = [complex(t.subs(values).evalf(DIGITS)) for t in terms]
-                total = abs(complex(sum(terms, sp.Integer(0)).subs(values).evalf(DIGITS)))
-            if total > 1e-12 * sum(map(abs, numbers)):
+                numbers = function(*map(mpmath.mpf, values.values()))
+                total, size = abs(mpmath.fsum(numbers)), mpmath.fsum(numbers, absolute=True)
+            if total > 1e-12 * size:
                 raise DescriptionError(
-                    f"conserved {name}: its rate of change is {total:.3g} at a place within the bounds, of terms of "
-                    f"{sum(map(abs, numbers)):.3g}; allowed: what the rates leave constant"
+                    f"conserved {name}: its rate of change is {float(total):.3g} at a place within the bounds, of "
+                    f"terms of {float(size):.3g}; allowed: what the rates leave constant"
                 )
