@@ -97,10 +97,8 @@ def test_states_and_many_coordinates_respond_too():
 
 def test_the_command_prints_resonances_and_refuses_what_does_not_respond(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "shaft.yaml").write_text("system: rotor\ngrid:\n  spin_rate: [0.5, 6.0]\n")
-    sweeps.run("shaft.yaml")
-    capsys.readouterr()
-    words = ["response", "results/shaft", "--force", "x=1", "--frequency", "0.5", "1.5"]
+    sweeps.survey(system="rotor", spin_rate=[0.5, 6.0]).to_netcdf("shaft.nc")
+    words = ["response", "shaft.nc", "--force", "x=1", "--frequency", "0.5", "1.5"]
     assert main([*words, "--spin_rate", "0.5", "--samples", "101"]) == 0
     rows = [line.split() for line in capsys.readouterr().out.splitlines()]
     assert ["x", "1", "14.58333333"] in [row[:3] for row in rows]  # 1/(0.07 - 0.01²/0.07)
@@ -113,7 +111,7 @@ def test_the_command_prints_resonances_and_refuses_what_does_not_respond(tmp_pat
     capsys.readouterr()
     assert main([*words, "--spin_rate", "6"]) == 2
     assert "the regime of this point is flutter" in capsys.readouterr().err
-    ds = sweeps.open_map("results/shaft")
+    ds = sweeps.open_map("shaft.nc")
     for error, message, setting in [
         (SelectionError, "spin_rate", ({"x": 1.0}, [1.0], {})),
         (RefusedError, "z is no component", ({"z": 1.0}, [1.0], {"spin_rate": 0.5})),

@@ -184,14 +184,13 @@ def test_published_multipliers_of_the_saddle_and_the_well():
 
 def test_the_branches_of_a_resonance_that_bends_over():
     """Below it, within its three motions, and above the fold at which the first one ends."""
-    force, branch = np.repeat([0.02, 0.2, 0.3, 0.8, 1.0], 3), np.tile([1, 2, 3], 5)
-    columns = survey(duffing_oscillator(), force, np.full(15, 1.5), 0.1, branch - 1)
-    compare(columns, [Balance((1.0, 0.0, 1.0), 0.1, 1.5)] * 15, force, np.zeros(15), branch)
+    force, branch = np.repeat([0.02, 0.3, 1.0], 3), np.tile([1, 2, 3], 3)
+    columns = survey(duffing_oscillator(), force, np.full(9, 1.5), 0.1, branch - 1)
+    compare(columns, [Balance((1.0, 0.0, 1.0), 0.1, 1.5)] * 9, force, np.zeros(9), branch)
     assert columns["branch"].tolist() == np.where(columns["status"] == OK, branch, 0).tolist()
-    assert (columns["status"].reshape(5, 3) == OK).tolist() == [[1, 0, 0], [1, 1, 1], [1, 1, 1], [0, 0, 1], [0, 0, 1]]
-    assert columns["status"][9] == NO_PERIODIC_MOTION
-    words = columns["regime"].reshape(5, 3)[1:3]
-    assert (words[:, 1] != words[:, 0]).all()  # between two folds the motion is a saddle
+    assert (columns["status"].reshape(3, 3) == OK).tolist() == [[1, 0, 0], [1, 1, 1], [0, 0, 1]]
+    assert columns["status"][6] == NO_PERIODIC_MOTION
+    assert columns["regime"][4] != columns["regime"][3]  # between two folds the motion is a saddle
     with pytest.raises(DescriptionError, match="branch 0 of low: allowed: a whole number from 1"):
         driven_oscillator(lambda x: x**2, 0.1, {"low": (0, 0)})
 
@@ -256,7 +255,7 @@ def oscillator_with_jumps():
     return system
 
 
-@pytest.mark.parametrize("count", [12, pytest.param(MANY, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [6, pytest.param(MANY, marks=pytest.mark.slow)])
 def test_drives_that_jump(count):
     """No wrong motion and no wrong status by harmonic balance; motions and multipliers by DOP853 from jump to jump."""
     rng, model, kinds = np.random.default_rng(4), Model(oscillator_with_jumps()), np.arange(count) % len(JUMPING)

@@ -47,19 +47,19 @@ def test_another_modulation_is_refused():
 
 @pytest.mark.parametrize("inverse", [False, True])
 def test_the_triangle_inequality_is_held_against_the_whole_period(inverse):
-    """Against 200,000 phases: the least margin to 1e-8, more than which a parabola leaves of a sine."""
+    """Against 50,000 phases: the least margin to 2e-8, more than which a parabola leaves of a sine."""
     rng = np.random.default_rng(8)
     second = rng.uniform(0.0, 1.0, (3, 200))
     points = dict(zip(("I1", "I2", "I3"), second.sum(axis=0) - second, strict=True))
     points |= {f"depth{i}": rng.uniform(-0.9, 0.9, 200) for i in (1, 2, 3)}
     points |= {f"lag{i}": rng.uniform(-9.0, 9.0, 200) for i in (1, 2, 3)}
     margins = least_margin(points, inverse)
-    for k in range(200):
-        u = np.linspace(0.0, 2.0 * np.pi, 200_001)
+    u = np.linspace(0.0, 2.0 * np.pi, 50_001)
+    for k in range(40):
         factors = [1.0 + points[f"depth{i}"][k] * np.cos(u + points[f"lag{i}"][k]) for i in (1, 2, 3)]
         moments = np.array([points[f"I{i}"][k] * (1 / f if inverse else f) for i, f in enumerate(factors, 1)])
         margin = (1.0 - 2.0 * moments.max(axis=0) / moments.sum(axis=0)).min()
-        assert margins[k] == pytest.approx(margin, abs=1e-8)
+        assert margins[k] == pytest.approx(margin, abs=2e-8)
 
 
 def test_impossible_points_are_counted():
@@ -90,31 +90,30 @@ def _at(f, d, at):
     return f[k] + (f[k + 1] - f[k]) * (at - d[k]) / (d[k + 1] - d[k])
 
 
+SIDES = {"depth2": {"start": 0.0, "stop": 0.3, "num": 9}}
+SIDES |= {"frequency": {"start": 0.05, "stop": 0.5, "num": 12, "spacing": "log"}}
+
+
 def test_the_map_is_verified_and_drawn(tmp_path):
-    ds = sweeps.survey(RACKET)
+    """Sides are logarithmic where values spread by ratio."""
+    ds = sweeps.survey(RACKET | {"grid": GRID | SIDES})
     assert (ds["regime"] == REGIMES.index("stable") - 1).any()
     ds.to_netcdf(tmp_path / "map.nc")
-    checks = verify.verify(tmp_path / "map.nc", points=10)
+    checks = verify.verify(tmp_path / "map.nc", points=4)
     assert {"SciPy DOP853"} <= {check.name for check in checks}
     assert not [check for check in checks if check.findings or check.skip_reason]
-    figure = PumpedBodyPresentation(resolve("pumped_body")).figures(ds)["tongues_axis_3"]()
+    presentation = PumpedBodyPresentation(resolve("pumped_body"))
+    figure = presentation.figures(ds)["tongues_axis_3"]()
     gids = {artist.get_gid() for ax in figure.axes for artist in (*ax.lines, *ax.collections)}
     assert gids >= {"law", "measured"}
+    assert (figure.axes[0].get_xscale(), figure.axes[0].get_yscale()) == ("log", "linear")
     calm = ds.assign(regime=0 * ds["regime"], growth_per_period=0.0 * ds["growth_per_period"])
-    assert PumpedBodyPresentation(resolve("pumped_body")).figures(calm)["tongues_axis_3"]() is None  # of one colour
-
-
-def test_sides_are_logarithmic_where_values_spread_by_ratio():
-    sides = {"depth2": {"start": 0.0, "stop": 0.3, "num": 9}}
-    sides |= {"frequency": {"start": 0.05, "stop": 0.5, "num": 12, "spacing": "log"}}
-    ds = sweeps.survey(RACKET | {"grid": GRID | sides})
-    ax, *_ = PumpedBodyPresentation(resolve("pumped_body")).figures(ds)["tongues_axis_3"]().axes
-    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
+    assert presentation.figures(calm)["tongues_axis_3"]() is None  # of one colour
 
 
 def test_the_held_racket_keeps_its_axis_and_the_other_flips():
     """Both motions of the film: attitudes stay orthogonal, and the body at rest keeps its energy."""
-    ds = sweeps.survey(RACKET | {"grid": RACKET["grid"] | {"I2": [1.9, 2.0182]}})
+    ds = sweeps.survey(RACKET | {"grid": GRID | SIDES | {"I2": [1.9, 2.0182]}})
     point = figure_kapitza_racket.stabilised_point(ds)
     assert point["I2"] == 2.0182  # the only intermediate axis of the two
     times = np.linspace(0.0, 150.0, 2_000)
