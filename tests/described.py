@@ -1,6 +1,43 @@
-"""Points of described systems, at random places of their parameters."""
+"""Small described systems, and points of described systems at random places of their parameters."""
 
 import numpy as np
+import sympy as sp
+
+from sweeps.mechanics import System
+
+
+def flow(rates, names="xyz", bounds=(-9, 9), most=None, places=(), conserved=(), **parameters):
+    """Return x' = rates(x, …, parameters), states of size 1, with places and conserved quantities by name."""
+    system = System("Flow", most=most)
+    symbols = [system.parameter(name, default=value) for name, value in parameters.items()]
+    states = [system.state(name, bounds=bounds, size=1) for name in names]
+    for state, rate in zip(states, rates(*states, *symbols), strict=True):
+        system.rate(state, sp.sympify(rate))
+    for name, quantity in dict(conserved).items():
+        system.conserved(quantity(*states, *symbols), name)
+    _add_places(system, places, states, symbols)
+    return system
+
+
+def particle(
+    V, names="x", bounds=(-3, 4), *, size=None, periodic=False, places=(), most=None, follow=False, **parameters
+):
+    """Return unit masses along coordinates in a potential V(x, …, parameters), with places by name."""
+    system = System("Particle", most=most, follow=follow)
+    symbols = [system.parameter(name, default=value) for name, value in parameters.items()]
+    ends = bounds if isinstance(bounds, list) else [bounds] * len(names)
+    q = [system.coordinate(x, "m", bounds=b, size=size, periodic=periodic) for x, b in zip(names, ends, strict=True)]
+    system.kinetic_energy(sum(system.velocity(x) ** 2 for x in q) / 2)
+    system.potential(V(*q, *symbols))
+    _add_places(system, places, q, symbols)
+    return system
+
+
+def _add_places(system, places, unknowns, parameters):
+    """Name equilibria of a system at numbers or functions of the parameters."""
+    for name, place in dict(places).items():
+        values = place(*parameters) if callable(place) else place
+        system.equilibrium(name, dict(zip(unknowns, values, strict=True)))
 
 
 def points(system, last, each, count, varied, seed, **beside):

@@ -5,6 +5,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import sympy as sp
+from described import flow
 from PIL import Image
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
@@ -38,19 +39,8 @@ def test_pendulums_swing_as_elliptic_functions_say(times):
 
 def test_the_command_writes_the_motion_that_elliptic_functions_have(tmp_path, capsys):
     out = tmp_path / "pendulum.csv"
-    options = [
-        "--start",
-        "theta=90 deg",
-        "--parameter",
-        "length=2",
-        "--duration",
-        "5 s",
-        "--samples",
-        "11",
-        "-o",
-        str(out),
-    ]
-    assert main(["motion", "pendulum", *options]) == 0
+    start = ["--start", "theta=90 deg", "--parameter", "length=2"]
+    assert main(["motion", "pendulum", *start, "--duration", "5 s", "--samples", "11", "-o", str(out)]) == 0
     assert capsys.readouterr().out.strip() == str(out)
     time, theta, error, *_ = np.loadtxt(out, delimiter=",", skiprows=1, unpack=True)
     sn, *_ = ellipj(np.sqrt(9.80665 / 2) * time + ellipk(0.5), 0.5)
@@ -183,11 +173,11 @@ def test_an_error_covers_a_halving_that_undoes_a_rounding_of_the_time():
 @pytest.mark.parametrize("width", [0.3, 1e-2, 1e-6])
 def test_no_step_passes_a_pulse(width):
     """From a state at which all terms are 0; also of the time. The result was once 0, with an error of 0."""
-    system = System("Pulses")
-    x, y, z = (system.state(name, bounds=(-9, 9)) for name in "xyz")
-    pulse = sp.exp(-(((x - 5) / width) ** 2))
-    for state, rate in zip((x, y, z), (1 + 0 * x, pulse, pulse.subs(x, system.time)), strict=True):
-        system.rate(state, rate)
+
+    def pulse(u):
+        return sp.exp(-(((u - 5) / width) ** 2))
+
+    system = flow(lambda x, y, z: (1, pulse(x), pulse(sp.Symbol("t", real=True))))
     ds = sweeps.motion(system, {"x": 0.0, "y": 0.0, "z": 0.0}, [0.0, 7.0, 10.0])
     for name in "yz":
         assert ds[f"{name}_error"][2] < 1e-6 * width  # a rounding of the place, 1e-15, in the narrowest
@@ -200,10 +190,7 @@ def test_no_step_passes_the_maxima_of_a_high_power(n, begin):
 
     An added exponential of the same argument allows longer steps.
     """
-    system = System("Powers")
-    x, y, z = (system.state(name, bounds=(-9, 9)) for name in "xyz")
-    for state, rate in ((x, 1 + 0 * x), (y, sp.sin(x) ** n), (z, sp.exp(sp.sin(x)))):
-        system.rate(state, rate)
+    system = flow(lambda x, y, z: (1, sp.sin(x) ** n, sp.exp(sp.sin(x))))
     ds = sweeps.motion(system, {"x": begin, "y": 0.0, "z": 0.0}, [0.0, 2.0 * np.pi])
     wallis = float(2 * sp.pi * sp.binomial(n, n // 2) / 2**n) if n % 2 == 0 else 0.0
     assert ds.y_error[1] < 1e-12
@@ -212,10 +199,7 @@ def test_no_step_passes_the_maxima_of_a_high_power(n, begin):
 
 def test_an_error_covers_a_cosine_that_comes_back_from_large_arguments():
     """The integral of 1/cosh from -5 to 5; the reported error was once a third of the deviation."""
-    system = System("Pulse")
-    x, y = system.state("x", bounds=(-9, 9)), system.state("y", bounds=(-9, 9))
-    system.rate(x, 1 + 0 * x)
-    system.rate(y, 1 / sp.cosh(x - 5))
+    system = flow(lambda x, y: (1, 1 / sp.cosh(x - 5)), "xy")
     ds = sweeps.motion(system, {"x": 0.0, "y": 0.0}, np.linspace(0.0, 10.0, 5))
     assert abs(ds.y[4] - 4 * np.arctan(np.tanh(2.5))) <= ds.y_error[4] + 4e-16  # roundings of the reference
     assert ds.y_error[4] < 2e-13
@@ -224,10 +208,7 @@ def test_an_error_covers_a_cosine_that_comes_back_from_large_arguments():
 @pytest.mark.parametrize("steepness", [10.0, 100.0, 1000.0])
 def test_no_step_passes_a_switch(steepness):
     """A force -tanh(k x) in place of -sign x: v²/2 + ln(2 cosh k x)/k is conserved. Once off by 100 times itself."""
-    system = System("Switch")
-    x, v = system.state("x", bounds=(-9, 9)), system.state("v", bounds=(-9, 9))
-    system.rate(x, v)
-    system.rate(v, -sp.tanh(steepness * x))
+    system = flow(lambda x, v: (v, -sp.tanh(steepness * x)), "xv")
     ds = sweeps.motion(system, {"x": [1.0, 0.5, 0.7, 0.2], "v": [0.0, 0.3, 0.1, -0.3]}, np.linspace(0.0, 10.0, 5))
     energy = ds.v**2 / 2 + np.logaddexp(steepness * ds.x, -steepness * ds.x) / steepness
     assert ds.status.values.tolist() == [0] * 4
@@ -236,10 +217,7 @@ def test_no_step_passes_a_switch(steepness):
 
 
 def test_a_motion_that_ends_in_finite_time_is_missing():
-    system = System("Blow-up")
-    x = system.state("x", bounds=(-9, 9))
-    system.rate(x, x**2)
-    ds = sweeps.motion(system, {"x": [0.5, 2.0]}, [0.0, 0.25, 1.0])
+    ds = sweeps.motion(flow(lambda x: [x**2], "x"), {"x": [0.5, 2.0]}, [0.0, 0.25, 1.0])
     assert ds["status"].values.tolist() == [0, 2]
     assert ds["x"].values[0] == pytest.approx(1 / (2 - np.array([0.0, 0.25, 1.0])), rel=1e-12)
     assert np.isnan(ds["x"].values[1]).all()
@@ -341,12 +319,7 @@ def test_a_body_that_rotates_too_often_to_be_integrated_is_refused():
 @pytest.fixture(scope="module")
 def van_der_pol():
     """x'' = mu (1 - x²) x' - x: its fast rate is about 3 mu, its slow phase lasts about 0.8 mu."""
-    system = System("Van der Pol's oscillator")
-    mu = system.parameter("mu", default=1.0)
-    x, y = system.state("x", bounds=(-3, 3)), system.state("y", bounds=(-9, 9))
-    system.rate(x, y)
-    system.rate(y, mu * (1 - x**2) * y - x)
-    return system
+    return flow(lambda x, y, mu: (y, mu * (1 - x**2) * y - x), "xy", mu=1.0)
 
 
 OTHER_CASES = ((1.0, 20.0), (100.0, 300.0))

@@ -3,22 +3,23 @@
 import numpy as np
 import pytest
 import sympy as sp
+from described import particle
 
-from sweeps.mechanics import System, branches
+from sweeps.mechanics import branches
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.equilibria import PROVED, find
 from sweeps.mechanics.landscape import Landscape
 from sweeps.schema.refusals import DescriptionError
 
 
+def landscape_of(V, bounds, most, follow=True, **settings):
+    """Return the landscape of a particle."""
+    return Landscape(derive(particle(V, bounds=bounds, most=most, follow=follow, **settings)))
+
+
 def cusp(follow, tilt=-2.0, push=0.0, max_places=3):
     """V = x⁴/4 + a x²/2 + b x: three equilibria within the cusp 4 a³ + 27 b² < 0, one outside."""
-    system = System("cusp", most=max_places, follow=follow)
-    x = system.coordinate("x", "m", bounds=(-4, 4))
-    a, b = system.parameter("a", default=tilt), system.parameter("b", default=push)
-    system.kinetic_energy(system.velocity(x) ** 2 / 2)
-    system.potential(x**4 / 4 + a * x**2 / 2 + b * x)
-    return Landscape(derive(system))
+    return landscape_of(lambda x, a, b: x**4 / 4 + a * x**2 / 2 + b * x, (-4, 4), max_places, follow, a=tilt, b=push)
 
 
 def places(landscape, *parameters):
@@ -53,13 +54,8 @@ def test_the_middle_branch_of_a_pitchfork_keeps_its_number():
 
 def test_a_branch_that_comes_round_keeps_its_number():
     """V = -cos(x - a): the places turn with a, past the ends of the interval of 2π that is searched."""
-    system = System("turned", most=2, follow=True)
-    x = system.coordinate("x", "rad", bounds=(-sp.pi, sp.pi), periodic=True)
-    a = system.parameter("a", default=0.3)
-    system.kinetic_energy(system.velocity(x) ** 2 / 2)
-    system.potential(-sp.cos(x - a))
     values = np.linspace(-9, 9, 60)
-    _, positions = places(Landscape(derive(system)), values)
+    _, positions = places(landscape_of(lambda x, a: -sp.cos(x - a), (-sp.pi, sp.pi), 2, periodic=True, a=0.3), values)
     start = np.cos(positions[np.abs(values - 0.3).argmin()] - 0.3).round()
     np.testing.assert_allclose(np.cos(positions - values[:, None]), np.broadcast_to(start, positions.shape), atol=1e-12)
 
@@ -81,13 +77,11 @@ def test_more_than_there_is_room_for_is_said():
 
 def parabolic_cusp(tilt, push=0.0):
     """The cusp in x with y bound to a parabola: V = x⁴/4 + a x²/2 + b x + (y - x²)²/2."""
-    system = System("bent", most=3, follow=True)
-    x = system.coordinate("x", "m", bounds=(-3, 3))
-    y = system.coordinate("y", "m", bounds=(-2, 10))
-    a, b = system.parameter("a", default=tilt), system.parameter("b", default=push)
-    system.particle(1, (x, y))
-    system.potential(x**4 / 4 + a * x**2 / 2 + b * x + (y - x**2) ** 2 / 2)
-    return Landscape(derive(system))
+
+    def V(x, y, a, b):
+        return x**4 / 4 + a * x**2 / 2 + b * x + (y - x**2) ** 2 / 2
+
+    return landscape_of(V, [(-3, 3), (-2, 10)], 3, names="xy", a=tilt, b=push)
 
 
 def test_branches_of_two_coordinates_keep_their_numbers_through_folds():
@@ -111,12 +105,9 @@ def test_the_middle_branch_of_a_pitchfork_of_two_coordinates_keeps_its_number():
 @pytest.fixture(scope="module")
 def wells():
     """Two double wells and a spring: V = (x² - 1)²/4 + (y² - 1)²/4 + c (x - y)²/2."""
-    system = System("coupled double wells", most=9, follow=True)
-    x, y = (system.coordinate(name, "m", bounds=(-2, 2)) for name in "xy")
-    c = system.parameter("c", default=0.1)
-    system.particle(1, (x, y))
-    system.potential((x**2 - 1) ** 2 / 4 + (y**2 - 1) ** 2 / 4 + c * (x - y) ** 2 / 2)
-    return Landscape(derive(system))
+    return landscape_of(
+        lambda x, y, c: (x**2 - 1) ** 2 / 4 + (y**2 - 1) ** 2 / 4 + c * (x - y) ** 2 / 2, (-2, 2), 9, names="xy", c=0.1
+    )
 
 
 def in_closed_form(c):
@@ -144,22 +135,15 @@ def test_coupled_double_wells_keep_their_names_through_two_rounds_of_pitchforks(
 
 def test_a_branch_that_another_one_crosses_keeps_its_number():
     """V = x³/3 - a x²/2: places 0 and a, which pass through each other."""
-    system = System("crossing", most=2, follow=True)
-    x, a = system.coordinate("x", "m", bounds=(-4, 4)), system.parameter("a", default=1.0)
-    system.particle(1, (x, 0))
-    system.potential(x**3 / 3 - a * x**2 / 2)
-    zeros, positions = places(Landscape(derive(system)), [2.0, -1.0, -2.0])
+    crossing = landscape_of(lambda x, a: x**3 / 3 - a * x**2 / 2, (-4, 4), 2, a=1.0)
+    zeros, positions = places(crossing, [2.0, -1.0, -2.0])
     np.testing.assert_allclose(positions, [[0, 2], [0, -1], [0, -2]], atol=1e-12)
     assert zeros.is_order_decided.all()
 
 
 def test_what_cannot_be_decided_is_said():
     """From the very place of a fold two come to be, and neither continues the old branch more than its twin."""
-    system = System("fold", most=2, follow=True)
-    x, a = system.coordinate("x", "m", bounds=(-4, 4)), system.parameter("a", default=0.0)
-    system.particle(1, (x, 0))
-    system.potential(x**3 / 3 + a * x)
-    zeros, positions = places(Landscape(derive(system)), [-1.0, 0.0, 1.0])
+    zeros, positions = places(landscape_of(lambda x, a: x**3 / 3 + a * x, (-4, 4), 2, a=0.0), [-1.0, 0.0, 1.0])
     assert zeros.counts.tolist() == [2, 1, 0]
     assert zeros.is_order_decided.tolist() == [False, True, False]
     assert np.array_equal(np.sort(positions[0]), [-1.0, 1.0])
@@ -172,10 +156,5 @@ def test_places_that_are_born_together_are_numbered_by_place_and_take_no_place_t
 
 
 def test_what_cannot_be_followed_is_refused():
-    system = System("named", follow=True)
-    x = system.coordinate("x", "m", bounds=(-1, 1))
-    system.particle(1, (x, 0))
-    system.potential(x**2)
-    system.equilibrium("bottom", {x: 0})
     with pytest.raises(DescriptionError, match="follow: is for equilibria without names"):
-        Landscape(derive(system))
+        landscape_of(lambda x: x**2, (-1, 1), None, places={"bottom": [0]})

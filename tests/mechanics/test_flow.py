@@ -1,10 +1,9 @@
 """Equations of first order from descriptions: their derivation, and refusals before any measurement."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 import sympy as sp
+from described import flow, particle
 
 from kernels.flow import codes
 from sweeps.mechanics import DescriptionError, System, equilibria
@@ -55,18 +54,18 @@ def energy(w, moments):
 def test_equations_are_those_of_a_hand():
     """m x¨ = 2 m W y˙ + m W² x - k x - c x˙ - 3 y, and its twin."""
     system, (m, k, c, W), (x, y, vx, vy) = particle_in_plane()
-    flow = derive(system)
-    assert not flow.natural
-    assert flow.states == (x, y, vx, vy)
+    equations = derive(system)
+    assert not equations.natural
+    assert equations.states == (x, y, vx, vy)
     forces = [
         2 * m * W * vy + m * W**2 * x - k * x - c * vx - 3 * y,
         -2 * m * W * vx + m * W**2 * y - k * y - c * vy + 3 * x,
     ]
-    assert [sp.expand(a - b) for a, b in zip(flow.f[2:], forces, strict=True)] == [0, 0]
-    assert flow.f[:2] == (vx, vy)
-    assert not flow.conservative
-    by_hand = sp.Matrix([e / m for e in forces]).jacobian(flow.states)
-    assert sp.simplify(flow.a.inv() * flow.slopes - by_hand) == sp.zeros(2, 4)
+    assert [sp.expand(a - b) for a, b in zip(equations.f[2:], forces, strict=True)] == [0, 0]
+    assert equations.f[:2] == (vx, vy)
+    assert not equations.conservative
+    by_hand = sp.Matrix([e / m for e in forces]).jacobian(equations.states)
+    assert sp.simplify(equations.a.inv() * equations.slopes - by_hand) == sp.zeros(2, 4)
 
 
 def test_routhian_terms_stay():
@@ -80,20 +79,11 @@ def test_routhian_terms_stay():
     system.kinetic_energy((va**2 * sp.cos(b) ** 2 + vb**2) / 2 + (vs + va * sp.sin(b)) ** 2 / 2)
     system.potential(sp.cos(a) * sp.cos(b))
     system.equilibrium("upright", {a: 0, b: 0})
-    flow = derive(system)
-    assert flow.conservative
-    assert not flow.natural
-    slopes = flow.slopes.subs({a: 0, b: 0})
+    equations = derive(system)
+    assert equations.conservative
+    assert not equations.natural
+    slopes = equations.slopes.subs({a: 0, b: 0})
     assert slopes == sp.Matrix([[1, 0, 0, -p], [0, 1, p, 0]])
-
-
-def test_oscillators_stay_oscillators():
-    system = System("Pendulum")
-    length = system.parameter("length", "m", default=1.0, positive=True)
-    theta = system.coordinate("theta", "rad", bounds=(-sp.pi, sp.pi), periodic=True)
-    system.particle(1, (length * sp.sin(theta), -length * sp.cos(theta)))
-    system.potential(-length * sp.cos(theta))
-    assert derive(system).natural
 
 
 def test_conserved_quantities_take_their_zeros_out():
@@ -107,14 +97,9 @@ def test_conserved_quantities_take_their_zeros_out():
 @pytest.mark.parametrize("has_name", [True, False])
 def test_a_quantity_without_a_slope_takes_no_eigenvalue(has_name):
     """Lotka and Volterra's constant of the motion is least at the equilibrium, with eigenvalues ± i √(a c)."""
-    system = System("Predators and prey", most=1)
-    a, c = (system.parameter(name, default=value, positive=True) for name, value in (("a", 0.7), ("c", 1.9)))
-    x, y = (system.state(name, bounds=(0.01, 20)) for name in "xy")
-    system.rate(x, a * x - x * y)
-    system.rate(y, x * y - c * y)
-    system.conserved(x - c * sp.log(x) + y - a * sp.log(y), "V")
-    if has_name:
-        system.equilibrium("together", {x: c, y: a})
+    constant = {"V": lambda x, y, a, c: x - c * sp.log(x) + y - a * sp.log(y)}
+    settings = {"most": 1, "conserved": constant, "places": {"together": lambda a, c: (c, a)} if has_name else ()}
+    system = flow(lambda x, y, a, c: (a * x - x * y, x * y - c * y), "xy", (0.01, 20), **settings, a=0.7, c=1.9)
     model, values = Model(system), np.random.default_rng(1).uniform(0.1, 3.0, (2, 20))
     assert model.n == 2
     points = {"a": np.repeat(values[0], 2), "c": np.repeat(values[1], 2), "eigenvalue": np.tile([1, 2], 20)}
@@ -173,13 +158,9 @@ def test_what_is_wrong_with_coordinates_is_named():
 
 def test_an_equilibrium_is_looked_for_near_its_name():
     """A rough name gives the exact equilibrium; a name without an equilibrium gives none."""
-    system = System("Wind")
-    g = system.parameter("push", "N", default=0.3)
-    x = system.coordinate("x", "m", bounds=(-1, 1))
-    system.kinetic_energy(system.velocity(x) ** 2 / 2)
-    system.potential(x**4 / 4 + x**2 / 2)
-    system.force(x, g)
-    system.equilibrium("leaning", {x: 0.2})
+    system = particle(lambda x, push: x**4 / 4 + x**2 / 2, bounds=(-1, 1), places={"leaning": [0.2]}, push=0.3)
+    (x,), (push,) = (tuple(c.symbol for c in each.values()) for each in (system.coordinates, system.parameters))
+    system.force(x, push)
     zeros = Model(system).equilibria([np.array([0.3, 0.5, 5.0])])
     root = [np.real(r[np.abs(r.imag) < 1e-9][0]) for r in map(np.roots, ([1, 0, 1, -0.3], [1, 0, 1, -0.5]))]
     np.testing.assert_allclose(zeros.places[:2, 0, 0], root, rtol=1e-14)
@@ -210,68 +191,23 @@ def test_a_damped_pendulum_stands_upright_in_any_unit(metre):
     assert zeros.certified[0] == PROVED
 
 
-def damped_pendulums(count, max_places=None):
-    """Pendulums in a row, coupled by weak springs and damped."""
-    system = System("Damped pendulums", most=max_places)
-    q = [system.coordinate(f"q{i}", "rad", bounds=(-sp.pi, sp.pi), periodic=True) for i in range(count)]
-    for x in q:
-        system.kinetic_energy(system.velocity(x) ** 2 / 2)
-        system.potential(-sp.cos(x))
-        system.dissipation(system.velocity(x) ** 2)
-    system.potential(sum(sp.Rational(1, 50) * (1 - sp.cos(a - b)) for a, b in pairwise(q)))
-    return system
-
-
-@pytest.mark.parametrize("count", [2, 3])
-def test_several_angles_have_all_combinations(count):
-    _, zeros = flow_of(damped_pendulums(count, max_places=100))  # more than 64 are room for no IndexError
-    assert zeros.counts[0] == 2**count
-    assert zeros.certified[0] == PROVED
-    half_turns = np.abs(zeros.places[0, : 2**count] / np.pi)
-    assert half_turns == pytest.approx(np.round(half_turns), abs=1e-14)
-
-
-def test_places_close_together_in_a_wide_range_are_all_found():
-    system = System("Close", most=4)
-    x = system.state("x", "1", bounds=(-10000, 10000))
-    system.rate(x, -((x - 1) ** 2 - sp.Rational(1, 10**8)) * (x + 7))
-    _, zeros = flow_of(system)
-    assert zeros.places[0, :3, 0] == pytest.approx([-7.0, 1 - 1e-4, 1 + 1e-4], rel=1e-13)
-    assert zeros.certified[0] == PROVED
-
-
 def test_a_family_that_bends_is_followed_where_its_equations_hang_on_each_other():
     """∇A × ∇B = 0 are three equations of a line; off it their slopes are regular, and Newton's method slides along."""
-    system = System("Cross product of two slopes")
-    x, y, z = (system.state(name, "1", bounds=(-3, 3), size=1) for name in "xyz")
-    A, B = x + x**2 + 2 * y**2 - x * z, 2 * x - y**2 / 3 + 3 * z**2 + x * y
-    slopes = (sp.Matrix([e.diff(s) for s in (x, y, z)]) for e in (A, B))
-    for state, rate in zip((x, y, z), next(slopes).cross(next(slopes)), strict=True):
-        system.rate(state, rate)
-    system.equilibrium("middle", {x: 0, y: 0, z: 0})
-    _, zeros = flow_of(system)
+
+    def rates(x, y, z):
+        A, B = x + x**2 + 2 * y**2 - x * z, 2 * x - y**2 / 3 + 3 * z**2 + x * y
+        first, second = (sp.Matrix([e.diff(s) for s in (x, y, z)]) for e in (A, B))
+        return first.cross(second)
+
+    _, zeros = flow_of(flow(rates, bounds=(-3, 3), places={"middle": [0, 0, 0]}))
     assert zeros.certified[0] == FAMILY
     assert zeros.dimension[0, 0] == 1
 
 
 def test_families_that_cross_have_the_dimension_of_their_members():
     """x' = x y, y' = 0: from y > 0 motions leave, so the two zeros at the crossing are not a family's own."""
-    system = System("Crossing")
-    x, y, z = (system.state(name, "1", bounds=(-2, 2), size=1) for name in "xyz")
-    for state, rate in ((x, x * y), (y, 0 * x), (z, -z)):
-        system.rate(state, rate)
-    system.equilibrium("middle", {x: 0, y: 0, z: 0})
-    _, zeros = flow_of(system)
+    _, zeros = flow_of(flow(lambda x, y, z: (x * y, 0, -z), bounds=(-2, 2), places={"middle": [0, 0, 0]}))
     assert zeros.dimension[0, 0] == 1
-
-
-def test_a_near_miss_is_no_equilibrium():
-    system = System("Miss")
-    x = system.state("x", "1", bounds=(-3, 5))
-    system.rate(x, (x - 1) ** 2 + sp.Float("1e-12"))
-    landscape, zeros = flow_of(system)
-    assert zeros.counts[0] == 0
-    assert "none within the bounds" in equilibria.refusal(landscape, zeros, [])
 
 
 def test_a_family_gives_the_member_nearest_to_its_name_and_its_dimension():
@@ -280,10 +216,6 @@ def test_a_family_gives_the_member_nearest_to_its_name_and_its_dimension():
     assert zeros.places[0, 0].tolist() == [0.0, 1.0, 0.0]
     assert zeros.dimension[0, 0] == 1
     assert zeros.certified[0] == FAMILY
-    system = System("Rest of a slider")
-    x, v = (system.state(name, "1", bounds=(-1, 2)) for name in "xv")
-    system.rate(x, v)
-    system.rate(v, -v)
-    landscape, zeros = flow_of(system)
+    landscape, zeros = flow_of(flow(lambda x, v: (v, -v), "xv", (-1, 2)))
     assert zeros.is_flat.tolist() == [True]
     assert "along x; allowed: a name" in equilibria.refusal(landscape, zeros, [])

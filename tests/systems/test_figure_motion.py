@@ -4,12 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-from scipy.special import ellipj, ellipk
 
 import sweeps
 from sweeps import systems
-from sweeps.mechanics import motions
 from sweeps.schema.refusals import MapError
 from sweeps.systems.oscillator.presentation import figure_motion
 from sweeps.systems.oscillator.system import ANIMATED
@@ -85,34 +82,3 @@ def test_the_picture_is_that_of_the_description(name):
     for mass, angle in zip(masses, q.T, strict=True):
         end = end + np.column_stack([np.sin(angle), -np.cos(angle)])  # all lengths are 1 m
         np.testing.assert_allclose(mass, end, atol=1e-15)  # a sum of two numbers near 1
-
-
-def test_a_pendulum_swings_far_as_elliptic_functions_say():
-    """θ from rest at α: sin(θ/2) = k cd(√(g/l) t, k), k = sin(α/2); from 0.03 rad off the top, too."""
-    starts, g = np.array([0.25, np.pi - 0.03]), 9.80665
-    model = systems.resolve("pendulum").mechanism
-    times, unit = np.tile(np.linspace(0.0, 4.0, 41), (2, 1)), np.ones(2)
-    angles = motions.solve(model.moving, [unit, unit, g * unit], np.c_[starts, 0 * unit], times, 1e-12)[0][..., 0]
-    m = np.sin(starts / 2)[:, None] ** 2
-    sn, _, _, _ = ellipj(np.sqrt(g) * np.linspace(0.0, 4.0, 41) + ellipk(m), m)  # sn(u + K) = cd(u)
-    np.testing.assert_allclose(np.sin(angles / 2), np.sqrt(m) * sn, atol=1e-9)  # e^12 of growth times rounding
-
-
-@pytest.mark.slow
-def test_a_double_pendulum_tumbles_as_another_integrator_says(maps):
-    def rates(t, y, g=9.80665):
-        a, b, u, v = y
-        mass = [[2.0, np.cos(a - b)], [np.cos(a - b), 1.0]]
-        pull = [-np.sin(a - b) * v * v - 2 * g * np.sin(a), np.sin(a - b) * u * u - g * np.sin(b)]
-        return [u, v, *np.linalg.solve(mass, pull)]
-
-    start = np.array([np.pi + 0.03, np.pi - 0.03])
-    model, parameters = (
-        systems.resolve("double_pendulum").mechanism,
-        [np.array([x]) for x in (1.0, 1.0, 1.0, 1.0, 9.80665)],
-    )
-    times = np.linspace(0, 3, 31)
-    states, error, _ = motions.solve(model.moving, parameters, np.array([[*start, 0, 0]]), times[None], 1e-12)
-    run = solve_ivp(rates, (0, 3), [*start, 0, 0], "DOP853", rtol=1e-12, atol=1e-12, t_eval=np.linspace(0, 3, 31))
-    np.testing.assert_allclose(states[0], run.y.T, atol=1e-8)  # e^15 of growth times both integrators' rounding
-    assert error.max() < 1e-8
