@@ -3,11 +3,13 @@ import re
 import pytest
 import repeated
 import sympy as sp
+from described import flow
 from oscillators import LIBRARY, description_of
 from sympy import cos, cot, pi, sin
 
 from sweeps.mechanics import DescriptionError, System, derivation
 from sweeps.mechanics.derivation import derive
+from sweeps.mechanics.first_order import graph
 
 
 def symbols(system):
@@ -120,50 +122,57 @@ def test_radial_oscillation_of_circular_motion_by_its_exponent():
         assert sp.simplify(sp.powdenest(square_at_circle / rate**2, force=True)) == ratio**2
 
 
-def bead(**options):
-    """A system with one coordinate and nothing else yet."""
-    system = System("Bead", **options)
-    m = system.parameter("mass", "kg", default=1, positive=True)
-    return system, m, system.coordinate("x", "m", bounds=(-1, 2))
-
-
-def derive_of(system, T):
-    """The equations with this kinetic energy, refused where it is given or where they are derived."""
-    system.kinetic_energy(T)
-    return derive(system)
-
-
-def test_refuses_an_unbound_symbol():
-    system, m, x = bead()
+def bead():
+    """Return a system of a particle of one coordinate, its mass and the coordinate."""
+    system = System("Bead")
+    m, x = system.parameter("mass", "kg", default=1, positive=True), system.coordinate("x", "m", bounds=(-1, 2))
     system.particle(m, (x,))
-    with pytest.raises(DescriptionError, match=r"V: unbound symbol k; allowed: mass, t, x"):
-        system.potential(sp.Symbol("k") * x**2)
+    return system, m, x
 
 
-@pytest.mark.parametrize(
-    ("describe", "message"),
-    [
-        (lambda system, x: system.equilibrium(None, {x: 0}), "equilibrium None: allowed: words"),
-        (lambda system, x: system.equilibrium("rest", None), "equilibrium rest: None is no place; allowed: {x: place"),
-        (lambda system, x: system.coordinate(None, bounds=(0, 1)), "name None is taken or no word"),
-        (lambda system, x: system.coordinate(["y"], bounds=(0, 1)), "name ['y'] is taken or no word"),
-        (lambda system, x: system.coordinate("y", None, bounds=(0, 1)), "unit of y: None holds 'None'"),
-        (lambda system, x: system.conserved(x, None), "name None is taken or no word"),
-        (lambda system, x: system.draw("dot", [(x, 0)]), "draw: 'dot' is no part of a picture; allowed: mass, body"),
-    ],
-)
-def test_refuses_what_is_no_name_place_or_part_in_words(describe, message):
-    system = System("Spring")
+REFUSED = {  # message → what is added to the bead, of mass m, place x and velocity v
+    "V: unbound symbol k; allowed: mass, t, x": lambda s, m, x, v: s.potential(sp.Symbol("k") * x**2),
+    "V: unbound symbol x_dot; allowed: mass, t, x": lambda s, m, x, v: s.potential(x * v),
+    "V: I*x is complex or infinite": lambda s, m, x, v: s.potential(sp.I * x),
+    "V: Abs(x) has a kink": lambda s, m, x, v: s.potential(abs(x)),
+    "V: floor(x) jumps": lambda s, m, x, v: s.potential(sp.floor(x)),
+    "V: atan2(mass, x) has a cut; allowed: 2": lambda s, m, x, v: s.potential(sp.atan2(m, x)),
+    "function: gamma(x + 3) cannot be integrated": lambda s, m, x, v: s.potential(sp.gamma(x + 3)),
+    "has a coordinate in its exponent": lambda s, m, x, v: s.potential((x + 3) ** x),
+    "T: Abs(x_dot) has a kink": lambda s, m, x, v: s.kinetic_energy(abs(v)),
+    "T: not quadratic in the velocities (mass*x_dot**2/2 + x_dot**3)": lambda s, m, x, v: s.kinetic_energy(v**3),
+    "T: not quadratic in the velocities": lambda s, m, x, v: s.kinetic_energy(v**4),
+    "T: I*mass*x_dot**2 is complex": lambda s, m, x, v: s.kinetic_energy(sp.I * m * v**2),
+    "T: a_ij is complex or infinite at x": lambda s, m, x, v: s.kinetic_energy(sp.sqrt(x) * m * v**2),
+    "T: a_ij is not positive at x": lambda s, m, x, v: s.kinetic_energy(x * m * v**2),
+    "T: a_ij is not positive": lambda s, m, x, v: s.kinetic_energy(-m * v**2),
+    "R: negative": lambda s, m, x, v: s.dissipation(-5 * v**2),
+    "R: not of degree two": lambda s, m, x, v: s.dissipation(v**4),
+    "R: unbound symbol k2": lambda s, m, x, v: s.dissipation(sp.Symbol("k2") * v**2),
+    "force on x: unbound symbol drive": lambda s, m, x, v: s.force(x, sp.Symbol("drive")),
+    "force: mass is no coordinate": lambda s, m, x, v: s.force(m, x),
+    "states: beside coordinates": lambda s, m, x, v: s.state("z", bounds=(0, 1)),
+    "conserved place: beside coordinates": lambda s, m, x, v: s.conserved(x, "place"),
+    "rate: x is no state": lambda s, m, x, v: s.rate(x, x),
+    "equilibrium None: allowed: words": lambda s, m, x, v: s.equilibrium(None, {x: 0}),
+    "equilibrium rest: None is no place; allowed: {x: place": lambda s, m, x, v: s.equilibrium("rest", None),
+    "high: mass is no coordinate or state; allowed: x": lambda s, m, x, v: s.equilibrium("high", {m: 0}),
+    "name None is taken or no word": lambda s, m, x, v: s.coordinate(None, bounds=(0, 1)),
+    "name ['y'] is taken or no word": lambda s, m, x, v: s.coordinate(["y"], bounds=(0, 1)),
+    "size of y: 0; allowed": lambda s, m, x, v: s.coordinate("y", bounds=(-1, 1), size=0),
+    "unit of y: None holds 'None'": lambda s, m, x, v: s.coordinate("y", None, bounds=(0, 1)),
+    "unit of c: 'Nm-1' holds 'Nm'; allowed": lambda s, m, x, v: s.parameter("c", "Nm-1", default=1),
+    "name None is taken": lambda s, m, x, v: s.conserved(x, None),
+    "draw: 'dot' is no part of a picture; allowed: mass, body": lambda s, m, x, v: s.draw("dot", [(x, 0)]),
+    "y: has a momentum, but T or V contains it": lambda s, m, x, v: s.potential(s.coordinate("y", momentum=m) ** 2),
+}
+
+
+@pytest.mark.parametrize("message", REFUSED)
+def test_descriptions_that_are_refused(message):
+    system, m, x = bead()
     with pytest.raises(DescriptionError, match=re.escape(message)):
-        describe(system, system.coordinate("x", "m", bounds=(-1, 1)))
-
-
-def test_refuses_a_kinetic_energy_that_is_not_quadratic():
-    for power in (1, 3, 4):
-        system, m, x = bead()
-        v = system.velocity(x)
-        with pytest.raises(DescriptionError, match="has a kink" if power == 1 else "not quadratic"):
-            derive_of(system, m * v**2 / 2 + (abs(v) if power == 1 else v**power))
+        REFUSED[message](system, m, x, system.velocity(x)), graph(derive(system))
 
 
 def test_explicit_time_stands_in_forces_and_masses():
@@ -181,28 +190,6 @@ def test_explicit_time_stands_in_forces_and_masses():
     assert not derived.conservative
 
 
-def test_refuses_a_potential_of_velocities():
-    system, m, x = bead()
-    system.particle(m, (x,))
-    with pytest.raises(DescriptionError, match="V: unbound symbol x_dot; allowed: mass, t, x"):
-        system.potential(x * system.velocity(x))
-
-
-@pytest.mark.parametrize(
-    ("kinetic", "reason"),
-    [
-        (lambda m, x, v: sp.I * m * v**2, "complex"),
-        (lambda m, x, v: sp.sqrt(x) * m * v**2, "complex"),
-        (lambda m, x, v: x * m * v**2, "not positive"),
-        (lambda m, x, v: -m * v**2, "not positive"),
-    ],
-)
-def test_refuses_a_matrix_that_is_complex_or_not_positive(kinetic, reason):
-    system, m, x = bead()
-    with pytest.raises(DescriptionError, match=f"T: .* is {reason}"):
-        derive_of(system, kinetic(m, x, system.velocity(x)))
-
-
 def test_gyroscopic_forces_are_not_natural_and_total_derivatives_are():
     system, m, x = bead()
     y = system.coordinate("y", "m", bounds=(-1, 2))
@@ -214,16 +201,6 @@ def test_gyroscopic_forces_are_not_natural_and_total_derivatives_are():
     system.potential(x**2)
     assert derive(system).V.diff(x) == 2 * x
     assert derive(system).natural
-
-
-def test_refuses_a_momentum_of_a_coordinate_that_is_not_cyclic():
-    system, m, x = bead()
-    p = system.parameter("momentum", default=1)
-    y = system.coordinate("y", "m", momentum=p)
-    system.particle(m, (x, y))
-    system.potential(x**2 + y**2)
-    with pytest.raises(DescriptionError, match="y: has a momentum, but T or V contains it"):
-        derive(system)
 
 
 def test_removes_a_coupled_cyclic_coordinate_after_routh():
@@ -242,12 +219,8 @@ def test_removes_a_coupled_cyclic_coordinate_after_routh():
 
 def test_what_only_the_defaults_conserve_is_refused():
     """With births of 0.5 the total grows at 0.5; it was once omitted as a zero mode, and the system called stable."""
-    system = System("Births")
-    births, (x, y) = system.parameter("births", default=0.0), [system.state(n, bounds=(-2, 2)) for n in "xy"]
-    system.rate(x, y - x + births * x)
-    system.rate(y, x - y + births * y)
-    system.conserved(x + y, "total")
-    system.equilibrium("empty", {x: 0, y: 0})
+    settings = {"conserved": {"total": lambda x, y, births: x + y}, "places": {"empty": [0, 0]}, "births": 0.0}
+    system = flow(lambda x, y, births: (y - x + births * x, x - y + births * y), "xy", **settings)
     with pytest.raises(DescriptionError, match="conserved total: its rate of change is"):
         derive(system)
 

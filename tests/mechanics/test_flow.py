@@ -132,30 +132,6 @@ def test_what_is_wrong_with_states_is_named(describe, message):
         derive(describe())
 
 
-def refusal(change):
-    system, (m, _, c, _), (x, y, vx, vy) = particle_in_plane()
-
-    def describe():
-        change(system, m, c, x, y, vx, vy)
-        derive(system)
-
-    with pytest.raises(DescriptionError, match="allowed") as error:
-        describe()
-    return str(error.value)
-
-
-def test_what_is_wrong_with_coordinates_is_named():
-    assert "not quadratic" in refusal(lambda s, m, c, x, y, vx, vy: s.kinetic_energy(vx**3))
-    assert "R: negative" in refusal(lambda s, m, c, x, y, vx, vy: s.dissipation(-5 * vx**2))
-    assert "R: not of degree two" in refusal(lambda s, m, c, x, y, vx, vy: s.dissipation(vx**4))
-    assert "R: unbound symbol k2" in refusal(lambda s, m, c, x, y, vx, vy: s.dissipation(sp.Symbol("k2") * vx**2))
-    assert "force on x: unbound" in refusal(lambda s, m, c, x, y, vx, vy: s.force(x, sp.Symbol("drive")))
-    assert "is no coordinate" in refusal(lambda s, m, c, x, y, vx, vy: s.force(c, x))
-    assert "beside coordinates" in refusal(lambda s, m, c, x, y, vx, vy: s.state("z", bounds=(0, 1)))
-    assert "beside coordinates" in refusal(lambda s, m, c, x, y, vx, vy: s.conserved(x, "place"))
-    assert "rate" in refusal(lambda s, m, c, x, y, vx, vy: s.rate(x, y))
-
-
 def test_an_equilibrium_is_looked_for_near_its_name():
     """A rough name gives the exact equilibrium; a name without an equilibrium gives none."""
     system = particle(lambda x, push: x**4 / 4 + x**2 / 2, bounds=(-1, 1), places={"leaning": [0.2]}, push=0.3)

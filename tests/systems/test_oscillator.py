@@ -111,23 +111,12 @@ def test_fingerprint_changes_with_the_description(tmp_path):
 @pytest.mark.parametrize(
     ("V", "message"),
     [
-        ("k * x**2 / 2 + __import__('sympy').Symbol('g') * x", "V: unbound symbol g"),
         ("k * x", "equilibria: none within the bounds"),
         ("1 / 0", r"cannot be run \(ZeroDivisionError: division by zero\)"),
         ("k * x**2)\nsystem = (3", r"defines no `system`"),
-        ("k * x**2)\nsystem.kinetic_energy(system.velocity(x) ** 3", "T: not quadratic"),
-        ("k * x**2)\nsystem.kinetic_energy(1j * system.velocity(x) ** 2", "T: .* is complex"),
-        ("k * abs(x)", r"V: Abs\(x\) has a kink"),
-        ("k * __import__('sympy').atan2(x, k)", "V: atan2.* has a cut; allowed: 2"),
         ("k * __import__('numpy').cos(x)", r"line 9: cannot be run .*cos.*allowed: SymPy's functions"),
-        ("k * (x + 3)**x", "power"),
-        ("k * x**2 + __import__('sympy').I * x", "V: .* is complex or infinite"),
-        ("k * __import__('sympy').floor(x)", r"V: floor\(x\) jumps"),
-        ("k * __import__('sympy').gamma(x + 3)", "cannot be integrated"),
         ("k * x**2)\n__import__('sys').exit(0", "line 10: cannot be run .SystemExit"),
-        ("k * x**2)\nsystem.equilibrium('high', {k: 0}", "high: stiffness is no coordinate or state; allowed: x"),
         ("k * x**2)\nsystem.coordinate('y', bounds=(-1, 1), size=0", "line 10: size of y: 0; allowed"),
-        ("k * x**2)\nsystem.parameter('c', 'Nm-1', default=1", "line 10: unit of c: 'Nm-1' holds 'Nm'; allowed"),
         ("k * x**2)\n__import__('os')._exit(0", "ended without an answer"),
     ],
 )
