@@ -1,7 +1,9 @@
-"""Mathieu's equation y″ + (a - 2 q cos 2t) y = 0: published numbers, and its matrix over the period π."""
+"""Mathieu's equation y″ + (a - 2 q cos 2t) y = 0, published numbers and its matrix over π; errors of multipliers."""
 
 import numpy as np
 import precise
+
+from kernels.flow import floquet
 
 # traces over t = π, computed by two codes of 30 and 40 digits
 TRACES = {
@@ -30,3 +32,12 @@ def monodromy_matrix(a, q):
         return np.concatenate([y[2:], (2 * q * np.cos(2 * t) - a) * y[:2]])
 
     return precise.extrapolate(rates, np.eye(2).reshape(4, 1), [4 * np.arctan(np.longdouble(1))], 16).reshape(2, 2)
+
+
+def check_errors(columns, is_measured):
+    """Check 99.9 % of the measured columns against the variational flow's, within their errors, and every regime."""
+    for name in (c for c in columns if f"{c}_error" in columns):
+        deviation = np.abs(columns[name] - columns[f"{name}_theory"])[is_measured]
+        assert (deviation <= columns[f"{name}_error"][is_measured]).mean() >= 0.999, name
+    decided = np.all([columns[name] != floquet.MARGINAL for name in ("regime", "regime_theory")], axis=0) & is_measured
+    assert (columns["regime"] == columns["regime_theory"])[decided].all()
