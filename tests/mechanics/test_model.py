@@ -33,22 +33,9 @@ def models():
 
 
 @pytest.mark.parametrize("name", EACH)
-def test_measured_rates_are_the_theorys(models, name):
-    model = models[name]
-    columns = model.survey(points(model.system, model.equations.m, 60, LIBRARY[name]))
-    exists = columns["status"] != statuses.NO_EQUILIBRIUM
-    assert (columns["status"][exists] == statuses.OK).all()
-    is_large = np.abs(columns["omega_squared_theory"]) >= MIN_RELATIVE_RATE * columns["rate_scale"] ** 2
-    deviation = np.abs(columns["omega_squared"] / columns["omega_squared_theory"] - 1)[is_large]
-    assert deviation.max() <= PROMISED
-    assert np.nanmax(columns["energy_drift"]) <= 1e-10
-    assert np.array_equal(columns["regime"], columns["regime_theory"])
-
-
-@pytest.mark.parametrize("name", EACH)
 def test_errors_hold_the_distance_to_linear_theory(models, name):
     model = models[name]
-    for epsilon in (1e-8, 1e-4, 1e-2, 1e-1):
+    for epsilon in (1e-8, 1e-6, 1e-4, 1e-2, 1e-1):
         columns = model.survey(points(model.system, model.equations.m, 40, LIBRARY[name], epsilon=epsilon))
         is_ok, theory = columns["status"] == statuses.OK, columns["omega_squared_theory"]
         # at 0.1 orders no longer fall fast, and the reduced error has room for that
@@ -59,6 +46,12 @@ def test_errors_hold_the_distance_to_linear_theory(models, name):
             assert not is_visible.any() or np.median(error[is_visible] / deviation[is_visible]) <= bar
         differs = columns["regime"] != columns["regime_theory"]
         assert (columns["regime"][is_ok & differs] == kernel.MARGINAL).all()
+        if epsilon == 1e-6:
+            is_large = is_ok & (np.abs(theory) >= MIN_RELATIVE_RATE * columns["rate_scale"] ** 2)
+            assert np.abs(columns["omega_squared"] / theory - 1)[is_large].max() <= PROMISED
+            assert np.isin(columns["status"], (statuses.OK, statuses.NO_EQUILIBRIUM)).all()
+            assert np.nanmax(columns["energy_drift"]) <= 1e-10
+            assert not differs.any()
 
 
 @pytest.mark.slow
@@ -138,26 +131,6 @@ def test_errors_hold_where_other_modes_move_too(models, mass, length, epsilon, p
     assert deviation[0] <= columns["omega_squared_reduced_error"][0]
 
 
-def test_a_swing_reduced_to_zero_amplitude_is_the_small_one(models):
-    """The pendulum's rate² is lower by A²/8; extrapolation from ε/2 and ε/4 leaves the fourth order."""
-    model = models["pendulum"]
-    columns = points(model.system, 1, 1, {}, epsilon=0.1, phase=0.0)
-    result = {name: values[0] for name, values in model.survey(columns).items()}
-    assert result["amplitude_shift"] / result["omega_squared_theory"] == pytest.approx(-(0.1**2) / 8, rel=0.02)
-    assert result["omega_squared_reduced"] / result["omega_squared_theory"] == pytest.approx(1.0, abs=1e-5)
-
-
-@pytest.mark.slow
-def test_harmonic_well_gives_twice_the_orbital_rate_and_keplers_once(models):
-    model = models["central_potential"]
-    for exponent, ratio in ((2.0, 2.0), (-1.0, 1.0), (1.0, 3**0.5)):
-        columns = points(model.system, 2, 1, {}) | {"exponent": np.full(2, exponent)}
-        result = model.survey(columns)
-        rate = columns["angular_momentum"] / columns["mass"] / result["r_equilibrium"] ** 2
-        # the tilt of the orbit always goes at the orbital rate; ω² is accurate to 1e-9 here
-        assert np.sort(result["frequency"] / rate) == pytest.approx(sorted([1.0, ratio]), rel=1e-9)
-
-
 @pytest.mark.slow
 def test_cone_of_the_spherical_pendulum_is_the_lectures(models):
     model = models["spherical_pendulum"]
@@ -191,6 +164,8 @@ def test_a_large_swing_is_slower_by_its_amplitude_squared(models):
     deviation = 1 - result["frequency"][is_lower] / result["frequency_theory"][is_lower]
     assert np.polyfit(np.log(sizes), np.log(deviation), 1)[0] == pytest.approx(2.0, abs=0.1)
     assert deviation / sizes**2 == pytest.approx(1 / 16, rel=0.02)
+    shift = result["amplitude_shift"] / result["omega_squared_theory"]
+    assert shift[is_lower] / sizes**2 == pytest.approx(-1 / 8, rel=0.02)
 
 
 @pytest.mark.slow
@@ -253,7 +228,7 @@ def test_a_flat_line_is_a_status(models):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [1, 7, 40])
+@pytest.mark.parametrize("count", [1, 7])
 def test_a_points_bits_depend_on_the_point_alone(models, count):
     model = models["double_pendulum"]
     columns = points(model.system, 2, 40, LIBRARY["double_pendulum"])
@@ -438,24 +413,11 @@ def test_the_bounds_of_a_periodic_coordinate_are_a_whole_turn_by_default(options
         assert system.coordinates["x"].bounds == bounds
 
 
-@pytest.mark.parametrize("place", ["potential", "force", "kinetic energy", "rate"])
-def test_an_expression_that_would_take_hours_is_refused_at_once(place):
-    system = System("Long")
-    if place == "rate":
-        x = system.state("x", bounds=(-1, 1))
-        v = x
-    else:
-        x = system.coordinate("x", bounds=(-1, 1))
-        v = system.velocity(x)
-
-    def give(e):
-        if place in ("potential", "dissipation", "kinetic energy"):
-            getattr(system, place.replace(" ", "_"))(e * v**2 if place != "potential" else e)
-        elif place == "particle":
-            system.particle(1, (e, 0))
-        else:
-            getattr(system, place)(x, e)
-
+def test_an_expression_that_would_take_hours_is_refused_at_once():
+    states, body = System("States"), System("Body")
+    x, _ = states.state("x", bounds=(-1, 1)), body.coordinate("x", bounds=(-1, 1))  # the same symbol
     long = sp.Add(*(k * x**k for k in range(2, 2001)), evaluate=False)
-    with pytest.raises(DescriptionError, match=r"of [5-9],\d\d\d operations; allowed: at most 5,000"):
-        give(long)
+    ways = (lambda: states.rate(x, long), lambda: body.potential(long), lambda: body.force(x, long))
+    for give in (*ways, lambda: body.kinetic_energy(long * body.velocity(x) ** 2)):
+        with pytest.raises(DescriptionError, match=r"of [5-9],\d\d\d operations; allowed: at most 5,000"):
+            give()

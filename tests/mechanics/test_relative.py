@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import relative
 import sympy as sp
-from scipy.integrate import solve_ivp
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
@@ -357,65 +356,6 @@ def test_routh_and_the_rotors_critical_speed():
     assert abs(mu - 0.0385208965) < 1e-9
     critical = edge(lambda W: growth("rotor", spin_rate=W) > 0, 2.0, 5.0)
     assert abs(critical / (1 + 0.05 / 0.02) - 1) < 1e-9
-
-
-def by_scipy(m, point, epsilon=1e-6):
-    """The end of the full motion of one point, by DOP853, from the description's own text."""
-    import sympy as sp
-
-    flow = m.equations
-    values = {p.symbol: float(point[p.name]) for p in m.system.parameters.values()}
-    rates = [sp.sympify(e).subs(values) for e in flow.f]
-    if flow.v:
-        k = flow.m
-        rates = rates[:k] + list(flow.a.subs(values).inv() * sp.Matrix(rates[k:]))
-    f = sp.lambdify(flow.states, rates, "numpy")
-    return lambda start, times: (
-        solve_ivp(
-            lambda t, x: np.array(f(*x), dtype=float),
-            (0, times[-1]),
-            start,
-            method="DOP853",
-            rtol=1e-13,
-            atol=1e-15,
-            t_eval=times,
-        ).y.T
-    )
-
-
-@pytest.mark.parametrize("name", ["sleeping_top", "rotor"])
-def test_full_motions_are_scipys(name):
-    """A nudge of 0.01: the generated steps, in deviations, against DOP853 in the states themselves."""
-    check_motion(name)
-
-
-@pytest.mark.parametrize("name", sorted(set(relative.RANGES) - {"sleeping_top", "rotor"}))
-def test_full_motions_of_all_systems_are_scipys(name):
-    check_motion(name)
-
-
-def check_motion(name, epsilon=0.01):
-    from kernels.compile.blocks import W
-
-    m, columns = motions(name, 1, seed=5)
-    point = {k: v[:1] for k, v in columns.items()} | {"epsilon": np.array([epsilon])}
-    theory = m.theory(point)
-    place = np.concatenate([theory["place"][0], np.zeros(len(m.equations.v))])
-    code = m.code
-    x = theory["sizes"][0] * (theory["basis"][0] @ np.ones(m.n))
-    start = code.starts([point[k] for k in m.names], theory["place"], [(point["epsilon"], x[:, None])])[0, 0]
-    S = np.repeat(start, W)
-    rows = S.reshape(code.rows, W)
-    h = 0.25 / theory["scale"][0]
-    rows[code.step_row] = h / 4
-    times = h * np.arange(21)
-    reference = by_scipy(m, {k: v[0] for k, v in point.items()})(place + epsilon * x, times)
-    module = code.module()
-    for k in range(1, 21):
-        module.advance(S, 4)
-        position = place + rows[: m.equations.n, 0]
-        deviation = np.abs(position - reference[k]) / theory["sizes"][0]
-        assert deviation.max() < 1e-11 * max(1.0, np.abs(reference[k] / theory["sizes"][0]).max())
 
 
 def test_regimes_say_what_errors_let_them():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import repeated
 import sympy as sp
+from described import particle
 from oscillators import LIBRARY, description_of
 
 from kernels.estimator import statuses
@@ -18,18 +19,9 @@ QUICK = ("pendulum",)  # the code of each further system takes ten seconds to co
 FACTORS = [(1e9, 1e20, 1e6), (1e-9, 1e-20, 1e-6), (1e9, 1e-20, 1e-6), (1e-9, 1e20, 1e6)]  # length, mass, time
 
 
-def plane(V, bounds, max_places=8, kinetic=None, unit="m", **parameters):
+def plane(V, bounds, max_places=8, **parameters):
     """Unit masses in a potential of x, y, …, as many as there are bounds."""
-    system = System("Plane", most=max_places)
-    m = system.parameter("mass", "kg", default=1, positive=True)
-    symbols = {name: system.parameter(name, default=value) for name, value in parameters.items()}
-    q = [system.coordinate(name, unit, bounds=b) for name, b in zip("xyzw", bounds, strict=False)]
-    if kinetic is None:
-        system.particle(m, q)
-    else:
-        system.kinetic_energy(kinetic(m, *q, *map(system.velocity, q)))
-    system.potential(V(*q, **symbols))
-    return Model(system)
+    return Model(particle(V, "xyzw"[: len(bounds)], bounds, most=max_places, **parameters))
 
 
 def points(model, count=1, epsilon=1e-6, **values):
@@ -169,13 +161,10 @@ def test_planar_water_with_a_bend_by_acos_has_three_vibrations_and_three_free_mo
 
 
 def test_a_kinetic_energy_that_is_not_positive_is_said():
-    model = plane(
-        lambda x, c: x**2 / 2,
-        [(-1, 2)],
-        max_places=1,
-        kinetic=lambda m, x, v: (1 + m - sp.Symbol("c", real=True)) * v**2,
-        c=0.5,
-    )
+    system = particle(lambda x, c: x**2 / 2, bounds=(-1, 2), most=1, c=0.5)
+    (x,), (c,) = (tuple(each.symbol for each in table.values()) for table in (system.coordinates, system.parameters))
+    system.kinetic_energy((1.5 - c) * system.velocity(x) ** 2)
+    model = Model(system)
     columns = model.survey(points(model, 2, c=np.array([2.0, 3.0])))
     assert columns["status"].tolist() == [statuses.KINETIC_ENERGY_NOT_POSITIVE] * 2
 
@@ -188,18 +177,10 @@ def test_a_point_with_too_many_equilibria_is_said():
 
 
 def test_a_system_without_parameters_has_places():
-    system = System("Bare", most=1)
-    x = system.coordinate("x", "m", bounds=(-1, 2))
-    system.particle(1, (x,))
-    system.potential(x**2)
-    model = Model(system)
+    model = plane(lambda x: x**2, [(-1, 2)], max_places=1)
     theory = model.theory(points(model))
     assert theory["omega_squared"].tolist() == [2.0]
-    system = System("Bare double well", most=4)
-    x = system.coordinate("x", "m", bounds=(-2, 3))
-    system.particle(1, (x,))
-    system.potential(x**4 / 4 - x**2 / 2)
-    model = Model(system)
+    model = plane(lambda x: x**4 / 4 - x**2 / 2, [(-2, 3)], max_places=4)
     theory = model.theory(points(model))
     assert theory["omega_squared"] == pytest.approx([2.0, -1.0, 2.0, np.nan], nan_ok=True)
 

@@ -4,8 +4,11 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
+import described
 import numpy as np
+import oscillators
 import pytest
+import relative
 import sympy as sp
 from oscillators import LIBRARY, description_of, points
 from scipy.integrate import solve_ivp
@@ -54,30 +57,33 @@ def test_order_is_twelve():
     assert slope == pytest.approx(-taylor.ORDER, abs=0.3)
 
 
-@pytest.mark.parametrize("name", EACH)
+SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in relative.RANGES]
+
+
+@pytest.mark.parametrize("name", EACH + SLOW)
 def test_full_motion_is_that_of_dop853(name):
-    """A perturbation of 0.1, which is far from linear, against SciPy on the symbolic accelerations."""
-    model = Model(description_of(name))
-    n, rng = model.equations.m, np.random.default_rng(5)
-    columns = points(model.system, n, 1, LIBRARY[name])
-    sizes = model.theory(columns)["sizes"][0]
-    epsilon, x, v = 0.1, rng.uniform(-1, 1, n) * sizes, np.zeros(n)
-    S, place, scale = scratch(model, columns, x, v, epsilon)
+    """Perturbations of 0.1 and of 0.01, which are far from linear, against SciPy on the symbolic rates."""
+    kind, last = (oscillators, "mode") if name in LIBRARY else (relative, "eigenvalue")
+    model, epsilon = Model(kind.description_of(name)), 0.1 if kind is oscillators else 0.01
+    ranges, e = LIBRARY | relative.RANGES, model.equations
+    columns = described.points(model.system, last, e.m, 1, ranges[name], 5, epsilon=epsilon, phase=0.6)
+    theory = model.theory(columns)
+    scale, sizes = theory["scale"][0], theory["sizes"][0]
+    sizes = np.append(sizes, sizes * scale) if kind is oscillators else sizes
+    x = np.random.default_rng(5).uniform(-1, 1, e.n) * sizes
+    S, place, _ = scratch(model, columns, x[: e.n - len(e.v)], x[e.n - len(e.v) :], epsilon)
+    place = np.append(place, np.zeros(len(e.v)))
     numbers = {p.symbol: columns[p.name][0] for p in model.system.parameters.values()}
-    e = model.equations
-    right = sp.lambdify((*e.q, *e.v), list((e.a.inv() * sp.Matrix(e.forces)).subs(numbers)), "numpy")
+    rates = [*e.v, *(e.a.subs(numbers).inv() * sp.Matrix(e.forces).subs(numbers))] if e.v else e.f
+    right = sp.lambdify(e.states, [sp.sympify(rate).subs(numbers) for rate in rates], "numpy")
 
     def rate(t, y):  # in units of sizes and of 1/scale
-        q, w = place + y[:n] * sizes, y[n:] * sizes * scale
-        return np.r_[y[n:], np.array(right(*q, *w)) / sizes / scale**2]
+        return np.array(right(*(place + y * sizes)), dtype=float) / sizes / scale
 
-    time = 6.0
-    solution = solve_ivp(rate, (0, time), np.r_[epsilon * x / sizes, v], method="DOP853", rtol=1e-12, atol=1e-14)
-    mine = advance(model, S, time / scale / 60, 60)
-    # DOP853 at 1e-12 a step adds up to 1e-10 of deviations of a tenth, and an unstable motion grows e^6
-    assert mine[: n * W : W] / sizes == pytest.approx(solution.y[:n, -1], abs=4e-9)
-    velocity = mine[n * W : 2 * n * W : W] / sizes / scale
-    assert velocity == pytest.approx(solution.y[n:, -1], abs=4e-9)
+    solution = solve_ivp(rate, (0, 6.0), epsilon * x / sizes, method="DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+    mine = advance(model, S, 6.0 / scale / 60, 60)[: e.n * W : W] / sizes
+    # DOP853 at 1e-13 a step adds up to 1e-11 of deviations of a tenth, and an unstable motion grows e^6
+    assert mine == pytest.approx(solution, abs=4e-10)
 
 
 @pytest.mark.parametrize("name", EACH)
