@@ -7,10 +7,8 @@ The bars in tests/test_language.py are the habits of scientific packages that ar
 """
 
 import ast
-import io
 import re
 import sys
-import tokenize
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -48,6 +46,7 @@ FRAGMENT = re.compile(
     r"(of|in|at|to|by|from|over|beside|about|times|per|with|where|what|whose|beyond|that|which|who|whether|and|or|as|so"
     r"|for)\b"
 )
+STRING_OR_COMMENT = re.compile(r"(\"\"\"|''')(?s:\\.|.)*?\1|([\"'])(?:\\.|.)*?\2|#.*")
 QUESTION = re.compile(r"(What|Whether|How|Where|Who|Whose|Which|In what|Of what)\b")
 
 
@@ -85,14 +84,14 @@ def names_of(node):
         yield node.attr
 
 
-def prose_of(text, tree):
+def prose_of(text, nodes):
     """Yield (line, text) of each docstring and each comment."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node):
             yield node.body[0].lineno, ast.get_docstring(node)
-    for token in tokenize.generate_tokens(io.StringIO(text).readline):
-        if token.type == tokenize.COMMENT:
-            yield token.start[0], token.string.lstrip("#: ")
+    for match in STRING_OR_COMMENT.finditer(text):
+        if match[0].startswith("#"):
+            yield text.count("\n", 0, match.start()) + 1, match[0].lstrip("#: ")
 
 
 def constants_of(tree, lines):
@@ -141,17 +140,18 @@ def measure(tops=("kernels", "sweeps")):
 def _add_file(figures, path):
     text, place = path.read_text(encoding="utf-8"), str(path.relative_to(ROOT))
     tree, lines = ast.parse(text), text.splitlines()
+    nodes = [*ast.walk(tree)]
 
     def add(name, line, found, is_bad):
         figures[name].total += 1
         if is_bad:
             figures[name].places.append(f"{place}:{line}: {found}")
 
-    outer = [node for node in ast.walk(tree) if isinstance(node, ast.Module | ast.ClassDef)]
+    outer = [node for node in nodes if isinstance(node, ast.Module | ast.ClassDef)]
     outer_functions = [f for node in outer for f in node.body if isinstance(f, ast.FunctionDef)]
     for function in filter(has_to_name_parameters, outer_functions):
         add("parameters", function.lineno, function.name, lacks_parameters(function))
-    for node in ast.walk(tree):
+    for node in nodes:
         for name in names_of(node):
             is_checked = name not in ALLOWED
             add("participles", node.lineno, name, is_checked and is_participle(name))
@@ -164,7 +164,7 @@ def _add_file(figures, path):
         add("constants", line, name, is_bad)
     head = ast.get_docstring(tree) or ""
     add("modules", 1, head.partition("\n")[0], QUESTION.match(head))
-    for line, prose in prose_of(text, tree):
+    for line, prose in prose_of(text, nodes):
         words = len(re.findall(r"[A-Za-z']+", prose))
         for name, pattern in HABITS.items():
             figures[name].total += words

@@ -15,26 +15,26 @@ from sweeps.schema import DEFAULT_SYSTEM
 ROOT = Path(__file__).parents[1]
 
 
-def modules(root=ROOT, packages=("kernels", "sweeps")):
+def modules():
     """Name → file of each module."""
     files = {}
-    for package in packages:
-        for path in (root / package).rglob("*.py"):
-            words = path.relative_to(root).with_suffix("").parts
+    for package in ("kernels", "sweeps"):
+        for path in (ROOT / package).rglob("*.py"):
+            words = path.relative_to(ROOT).with_suffix("").parts
             files[".".join(words[:-1] if words[-1] == "__init__" else words)] = path
     return files
 
 
 @cache
-def parsed(path):
-    """The syntax tree of a file."""
-    return ast.parse(path.read_text(encoding="utf-8"))
+def nodes_of(path):
+    """All nodes of the syntax tree of a file."""
+    return [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
 
 
 def imports_of(name, path, module_files):
     """Modules of ours that a module imports, at its top, in a function, or for a type checker alone."""
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    for node in ast.walk(parsed(path)):
+    for node in nodes_of(path):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in module_files)
         elif isinstance(node, ast.ImportFrom):
@@ -48,9 +48,10 @@ def imports_of(name, path, module_files):
             yield from (a.value for a in node.args if isinstance(a, ast.Constant) and a.value in module_files)
 
 
-def arrows(root=ROOT, packages=("kernels", "sweeps")):
+@cache
+def arrows():
     """Module → modules that it imports."""
-    module_files = modules(root, packages)
+    module_files = modules()
     return {name: sorted(set(imports_of(name, path, module_files)) - {name}) for name, path in module_files.items()}
 
 
@@ -64,7 +65,7 @@ def modules_by_name(kind):
     """Name → modules that define something of that kind and name at their top level."""
     modules_of = {}
     for module, path in modules().items():
-        for node in parsed(path).body:
+        for node in nodes_of(path)[0].body:
             if isinstance(node, kind):
                 modules_of.setdefault(node.name, []).append(module)
     return modules_of
@@ -81,7 +82,7 @@ def test_one_name_stands_for_one_function(name):
 
 def test_what_is_refused_is_refused_without_assertions_too():
     for path in modules().values():
-        assert not any(isinstance(node, ast.Assert) for node in ast.walk(parsed(path)))
+        assert not any(isinstance(node, ast.Assert) for node in nodes_of(path))
 
 
 def test_no_import_runs_in_a_circle():

@@ -31,9 +31,9 @@ REASONS = {
 
 def uses(path):
     """Internal modules that a file imports, and private names that it imports or assigns of foreign objects."""
-    tree, name = ast.parse(path.read_text(encoding="utf-8")), path.relative_to(ROOT).as_posix()
+    nodes, name = [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))], path.relative_to(ROOT).as_posix()
     imports = set()
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.ImportFrom) and node.module and not node.level and not node.module.startswith(OURS):
             imports |= {alias.asname or alias.name for alias in node.names}
             if node.module.startswith(INTERNAL):
@@ -43,7 +43,7 @@ def uses(path):
         elif isinstance(node, ast.Import):
             imports |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
             yield from (f"{name}: {alias.name}" for alias in node.names if alias.name.startswith(INTERNAL))
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Attribute) and is_private(node.attr) and isinstance(node.value, ast.Name):
             is_own = node.value.id in ("self", "cls", "super", "other")
             is_assigned = isinstance(node.ctx, ast.Store) and not is_own

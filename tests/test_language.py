@@ -70,10 +70,10 @@ def texts():
         if path.suffix in (".md", ".html", ".yaml", ".ipynb") and path.name != "glossary.md":
             yield path, re.sub(r'(id|for|by|describedby)="[^"]*"', "", path.read_text(encoding="utf-8"))
         elif path.suffix == ".py":
-            tree = ast.parse(path.read_text(encoding="utf-8"))
-            quiet = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-            strings = (n for n in ast.walk(tree) if isinstance(n, ast.Constant) and id(n) not in quiet)
-            yield path, "\n".join(n.value for n in strings if isinstance(n.value, str) and " " in n.value)
+            nodes = [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
+            quiet = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+            strings = (n.value for n in nodes if isinstance(n, ast.Constant) and id(n) not in quiet)
+            yield path, "\n".join(text for text in strings if isinstance(text, str) and " " in text)
 
 
 @pytest.mark.parametrize(
