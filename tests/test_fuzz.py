@@ -2,7 +2,7 @@
 
     POLHODE_FUZZ_FILES=400 pytest -m faults tests/test_fuzz.py
 
-takes so many files of each of fourteen kinds; without the marker, three of each. The same numbers make the same files.
+takes so many files of each of fourteen kinds; without the marker, two of each. The same numbers make the same files.
 """
 
 import os
@@ -119,7 +119,7 @@ def commands(kind, name, base):
 PATHS_READ = []  # paths that this process opens, by Python's audit events; a child of the reader can open nothing
 sys.addaudithook(lambda event, args: event == "open" and PATHS_READ.append(args[0]))
 QUICK, FILES = (
-    3,
+    2,
     int(os.environ.get("POLHODE_FUZZ_FILES", 10)),
 )  # number of damaged files of each kind, in quick tests and in all
 

@@ -1,4 +1,4 @@
-"""Polhode leaves an importing process unchanged: a fresh process for each entry, against a process without Polhode."""
+"""Polhode leaves an importing process unchanged: its state before and after, in a fresh process for each entry."""
 
 import json
 import os
@@ -14,28 +14,26 @@ ROOT = Path(__file__).parents[1]
 DEPENDENCIES = (
     "dask.array h5py matplotlib.figure netCDF4 numba pandas pydantic rich.progress ruamel.yaml scipy.stats xarray"
 )
-SEEN = f"""
-import gc, importlib, json, os, signal, sys, threading, warnings
-for other in {DEPENDENCIES.split()!r}:
-    importlib.import_module(other)
+IMPORTS = f"import importlib\nfor other in {DEPENDENCIES.split()!r}: importlib.import_module(other)\n"
+SEEN = """
+import gc, json, os, signal, sys, threading, warnings
 import matplotlib, multiprocessing, numba, numpy
 
-seen = {{
+print("SEEN" + json.dumps({
     "finders": [str(finder) for finder in sys.meta_path],
     "path hooks": [str(hook).split(" at ")[0] for hook in sys.path_hooks],
     "no modules": sorted(n for n, m in sys.modules.items() if m is None or getattr(m, "__spec__", 0) is None),
     "environment": dict(os.environ),
-    "Numba": {{name: str(value) for name, value in vars(numba.config).items() if name.isupper()}},
+    "Numba": {name: str(value) for name, value in vars(numba.config).items() if name.isupper()},
     "warnings": sorted(str(one) for one in warnings.filters),
     # Python settles on its first method itself once it has spawned a process
     "start method": multiprocessing.get_start_method(allow_none=True) or multiprocessing.get_all_start_methods()[0],
-    "Matplotlib": {{name: str(value) for name, value in matplotlib.rcParams.copy().items()}},
+    "Matplotlib": {name: str(value) for name, value in matplotlib.rcParams.copy().items()},
     "NumPy": [str(numpy.geterr()), str(numpy.get_printoptions())],
     "garbage": [gc.isenabled(), gc.get_threshold(), gc.get_freeze_count()],
     "signals": [str(signal.getsignal(number)) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)],
     "hooks": [str(hook).split(" at ")[0] for hook in (sys.excepthook, sys.unraisablehook, threading.excepthook)],
-}}
-print("SEEN" + json.dumps(seen))
+}))
 """
 GRID = {"I1": 1.0, "I2": [2.0, 2.5], "I3": [3.0, 3.2], "omega0": 1.0}
 SURVEY = f"import sweeps; ds = sweeps.survey({{'grid': {GRID!r}}})\n"
@@ -50,21 +48,15 @@ main(['check', 'tiny']); main(['body', 'racket']); main(['run', 'tiny'])
 """
 
 
-def process_state(code, folder):
-    """Return the state of a fresh process after some code, with all dependencies of Polhode loaded."""
+def states_of_process(code, folder):
+    """Return the states of a fresh process with all dependencies of Polhode, before and after some code."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "MPLCONFIGDIR": str(folder)}
     environment.pop("PYTEST_CURRENT_TEST", None)
-    command = [sys.executable, "-c", code + "\n" + SEEN]
+    command = [sys.executable, "-c", IMPORTS + SEEN + code + "\n" + SEEN]
     process = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert process.returncode == 0, process.stderr
-    output = process.stdout.rpartition("SEEN")[2].replace(str(folder), "FOLDER")
-    return json.loads(re.sub(r"0x[0-9a-f]+", "ADDRESS", output))
-
-
-@pytest.fixture(scope="module")
-def state_without_polhode(tmp_path_factory):
-    """Return the state of a process that has never imported Polhode."""
-    return process_state("", tmp_path_factory.mktemp("untouched"))
+    output = re.sub(r"0x[0-9a-f]+", "ADDRESS", process.stdout)
+    return [json.loads(line.removeprefix("SEEN")) for line in output.splitlines() if line.startswith("SEEN")]
 
 
 def difference(before, after):
@@ -77,10 +69,7 @@ def difference(before, after):
 @pytest.mark.parametrize(
     "code", ["import kernels, sweeps", pytest.param(SURVEY + ENTRIES, marks=pytest.mark.slow, id="every entry")]
 )
-def test_nothing_is_left_in_the_process(code, state_without_polhode, tmp_path):
-    state = process_state(code, tmp_path)
-    assert {
-        name: difference(state_without_polhode[name], value)
-        for name, value in state.items()
-        if value != state_without_polhode[name]
-    } == {}
+def test_nothing_is_left_in_the_process(code, tmp_path):
+    before, after = states_of_process(code, tmp_path)
+    changes = {name: difference(before[name], value) for name, value in after.items() if value != before[name]}
+    assert changes == {}

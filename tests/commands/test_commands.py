@@ -11,6 +11,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
+import repeated
 import xarray as xr
 from calls import refusal_message, run_command
 from maps import BODIES, write
@@ -68,7 +69,6 @@ def test_a_results_folder_stands_for_its_map(path, tmp_path, monkeypatch, capsys
     )
     run_command(capsys, "slice", folder, "--axis", "2", "--omega0", "1", "--epsilon", "1e-6", "-o", "slice.nc")
     run_command(capsys, "figures", folder, "-o", "figures", "--only", "stability_axis_1")
-    run_command(capsys, "report", folder, "-o", "report.html")
     run_command(capsys, "verify", folder, "--points", "1")
     with sweeps.open_map(folder) as ds, sweeps.open_map(path) as original:
         assert ds.identical(original)
@@ -395,11 +395,10 @@ SPECTRA = {  # system → (its grid, the dimension of the spectrum, a variable a
     "rotor": ({"spin_rate": [0.5, 1.5], "internal_damping": [0.1, 0.2]}, "eigenvalue", "eigenvalue_imag", 4),
     "double_pendulum": ({"mass1": [1.0, 2.0], "length1": [1.0, 2.0]}, "mode", "frequency", 2),
 }
-QUICK = ("mathieu", "double_pendulum")
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in SPECTRA])
+@pytest.mark.parametrize("name", repeated.but(("mathieu",), SPECTRA))
 def test_a_point_has_its_whole_spectrum_and_a_slice_keeps_or_chooses(name, tmp_path, capsys):
     grid, dim, variable, count = SPECTRA[name]
     path, out = tmp_path / "map.nc", tmp_path / "slice.nc"

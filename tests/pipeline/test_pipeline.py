@@ -15,7 +15,7 @@ from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import shard as shards
 
 GRID = {"I1": [0.5, 1.0, 1.5], "I2": [0.75, 1.25], "I3": 1.0, "omega0": [1.0, 10.0]}
-
+FEW = {"grid": GRID, "axes": [2], "integration": {"variables": ["omega_squared", "regime"]}}  # soon drawn
 
 pytestmark = pytest.mark.usefixtures("few_frames")
 
@@ -46,9 +46,10 @@ def measured(monkeypatch):
     return numbers
 
 
+@pytest.mark.slow
 def test_a_script_of_one_line_is_run_once(mine):
     """No process that it starts may run it again, though it guards nothing by its name."""
-    mine.write_text(json.dumps({"grid": GRID, "axes": [2], "integration": {"variables": ["omega_squared", "regime"]}}))
+    mine.write_text(json.dumps(FEW))
     Path("script.py").write_text('print("begun")\nimport sweeps\nsweeps.run("mine.yaml", cores=2)\n')
     run = subprocess.run([sys.executable, "script.py"], capture_output=True, text=True, check=True)
     assert run.stdout == "begun\n"
@@ -131,14 +132,14 @@ def test_an_interrupted_run_states_how_many_shards_are_finished(mine, monkeypatc
 
 
 def test_shards_and_maps_of_another_definition_or_kernel_are_made_again(mine, measured, monkeypatch):
-    make_files(mine)
-    mine.write_text(json.dumps({"grid": GRID | {"I3": 1.1}, "shards": 3}))
-    make_files(mine)
-    assert measured == [1, 2, 3] * 2
+    for definition in (FEW, FEW | {"axes": [3]}):
+        mine.write_text(json.dumps(definition | {"shards": 2}))
+        make_files(mine)
+    assert measured == [1, 2] * 2
     system = type(sweeps.systems.resolve("rigid_body"))
     monkeypatch.setattr(system, "fingerprint", lambda self: "0" * 64)
     make_files(mine)
-    assert measured == [1, 2, 3] * 3
+    assert measured == [1, 2] * 3
 
 
 def test_a_systems_own_equations_are_compiled_before_its_shards(mine, measured, monkeypatch):
@@ -152,6 +153,7 @@ def test_a_systems_own_equations_are_compiled_before_its_shards(mine, measured, 
 
 @pytest.mark.slow
 def test_pictures_younger_than_their_map_stay_and_older_ones_go(mine):
+    mine.write_text(json.dumps(FEW))
     _, figures, report = make_files(mine)
     stale = figures / "stale.png"
     stale.write_bytes(b"")
