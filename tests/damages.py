@@ -199,16 +199,6 @@ def unknown_filter(file, name, old):
     return variable
 
 
-def outside(file, name, old):
-    return file.create_dataset(name, np.shape(old), "f8", external=[("/etc/passwd", 0, h5py.h5f.UNLIMITED)])
-
-
-def virtual(file, name, old):
-    layout = h5py.VirtualLayout(np.shape(old), "f8")
-    layout[...] = h5py.VirtualSource("/etc/passwd", "x", shape=np.shape(old))
-    return file.create_virtual_dataset(name, layout)
-
-
 def link(target):
     def make(file, name, old):
         file[name] = target
@@ -253,10 +243,6 @@ REPLACED = {
     "lzf": with_filter(compression="lzf"),
     "scale offset": lambda f, n, v: f.create_dataset(n, np.shape(v), "i4", chunks=np.shape(v), scaleoffset=0),
     "unknown filter": unknown_filter,
-    "external": outside,
-    "virtual": virtual,
-    "external link": link(h5py.ExternalLink("/etc/passwd", "/x")),
-    "link to another map": link(h5py.ExternalLink("map.nc", "/status")),
     "soft link": link(h5py.SoftLink("/status")),
     "dangling link": link(h5py.SoftLink("/nowhere")),
     "loop": lambda f, n, v: f.__setitem__(n, h5py.SoftLink(f"/{n}")),

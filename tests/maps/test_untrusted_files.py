@@ -239,12 +239,12 @@ def test_a_lazy_map_travels_between_processes(path):
         assert content_hash.content_hash(twin) == ds.attrs["content_hash"]
 
 
-def test_a_file_that_changes_while_it_is_open_is_refused(path, tmp_path):
-    copy = tmp_path / "map.nc"
-    shutil.copy(path, copy)
+@pytest.mark.parametrize("change", [lambda copy: os.truncate(copy, 5000), lambda copy: os.utime(copy, ns=(1, 1))])
+def test_a_file_that_changes_while_it_is_open_is_refused(path, tmp_path, change):
+    copy = shutil.copy(path, tmp_path / "map.nc")
     with sweeps.open_map(copy) as ds:
-        os.truncate(copy, 5000)
-        with pytest.raises(MapError, match="was changed"):
+        change(copy)
+        with pytest.raises(MapError, match="was changed while it was read"):
             ds.load()
 
 

@@ -256,22 +256,16 @@ def test_numbers_elsewhere(value):
         assert f"grid.I1.{name}: " in refusal(with_grid(I1=entry))
 
 
-@pytest.mark.parametrize(
-    ("name", "value", "allowed"),
-    [
-        ("I1", 0.0, "a positive number"),
-        ("I1", -1.0, "a positive number"),
-        ("I1", 2.2e-308, "a positive number"),
-        ("I1", 5e-324, "a positive number"),
-        ("omega0", 0.0, "1e-150 ≤ |omega0| ≤ 1e150"),
-        ("omega0", 9e-151, "1e-150 ≤ |omega0| ≤ 1e150"),
-        ("omega0", -2e150, "1e-150 ≤ |omega0| ≤ 1e150"),
-        ("epsilon", 0.0, "0 < epsilon < 1"),
-        ("epsilon", 1.0, "0 < epsilon < 1"),
-        ("epsilon", -0.5, "0 < epsilon < 1"),
-    ],
-)
-def test_quantities_out_of_range(name, value, allowed):
+RANGES = {  # quantity → allowed values in words, values outside, values at the edge
+    "I1": ("a positive number", [0.0, -1.0, 2.2e-308, 5e-324], [sys.float_info.min, sys.float_info.max, 7]),
+    "omega0": ("1e-150 ≤ |omega0| ≤ 1e150", [0.0, 9e-151, -2e150], [-1e150, 1e-150]),
+    "epsilon": ("0 < epsilon < 1", [0.0, 1.0, -0.5], [1 - 2**-53, 1e-300]),
+    "phase": ("", [], [-1e308, 0]),
+}
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name in RANGES for value in RANGES[name][1]])
+def test_quantities_out_of_range(name, value):
     for where, source in (
         (f"grid.{name}", with_grid(**{name: value})),
         (f"grid.{name}[1]", with_grid(**{name: [0.5, value]})),
@@ -281,124 +275,94 @@ def test_quantities_out_of_range(name, value, allowed):
     ):
         message = refusal(source)
         assert message.startswith(f"definition: {where}: {value!r} is out of range; allowed: ")
-        assert allowed in message
+        assert RANGES[name][0] in message
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("I1", sys.float_info.min),
-        ("I1", sys.float_info.max),
-        ("I1", 7),
-        ("omega0", -1e150),
-        ("omega0", 1e-150),
-        ("epsilon", 1 - 2**-53),
-        ("epsilon", 1e-300),
-        ("phase", -1e308),
-        ("phase", 0),
-    ],
-)
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name in RANGES for value in RANGES[name][2]])
 def test_quantities_at_the_edge_are_allowed(name, value):
     assert getattr(read_definition(with_grid(**{name: value})).grid, name) == value
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"grd": {}}, "grd: is an unknown key (did you mean grid?); allowed: the keys title"),
-        ({"text": "x"}, "text: is an unknown key"),
-        ({"title": 5}, "title: 5 is not text"),
-        ({"title": "a\x1b[31mb"}, "title: 'a\\x1b[31mb' is empty, too long or not printable"),
-        ({"title": "x" * 201}, "title: '" + "x" * 58 + "… is empty, too long"),
-        ({"system": "symmetric_topp"}, "system: 'symmetric_topp' is not available (did you mean symmetric_top?)"),
-        ({"system": ["rigid_body"]}, "system: ['rigid_body'] is not available"),
-        ({"axes": []}, "axes: [] is empty"),
-        ({"axes": [1, 1]}, "axes: [1, 1] holds 1 twice"),
-        ({"axes": [1, 4]}, "axes[1]: 4 is out of range; allowed: 1, 2 or 3"),
-        ({"axes": [1.0]}, "axes[0]: 1.0 is not a whole number"),
-        ({"grid": []}, "grid: [] is not a mapping; allowed: what is varied"),
-        ({"grid": {}}, "grid.I2: is missing; allowed: moment of inertia about axis 2, kg m2"),
-        ({"grid": {"I1": 1, "I2": 1, "I3": 1}}, "grid.omega0: is missing; allowed: spin rate"),
-        ({"bodies": []}, "bodies: [] is empty"),
-        ({"bodies": [3]}, "bodies[0]: 3 is not a mapping"),
-        (
-            {"integration": {"propagator": "leapfrog"}},
-            f"integration.propagator: 'leapfrog' is not available; allowed: {', '.join(PROPAGATORS)}",
-        ),
-        ({"integration": {"variables": []}}, "integration.variables: [] is empty"),
-        (
-            {"integration": {"variables": ["omega_squares"]}},
-            "integration.variables[0]: 'omega_squares' is not a variable of this sweep (did you mean omega_squared",
-        ),
-        ({"integration": {"flips": 1}}, "integration.flips: 1 is"),
-        ({"integration": {"rotations": 0}}, "integration.rotations: 0 is out of range; allowed: a finite"),
-        ({"integration": {"rotations": 0.4}}, "integration.rotations: 0.4 makes 6.4 samples"),
-        ({"integration": {"samples_per_rotation": 3}}, "integration.samples_per_rotation: 3 is out of range"),
-        (
-            {"integration": {"samples_per_rotation": 10**400}},
-            "integration.samples_per_rotation: a whole number of 1329 bits is out of range",
-        ),
-        ({"integration": {"tolerance": 9e-14}}, "integration.tolerance: 9e-14 is out of range; allowed: a"),
-        ({"shards": 0}, "shards: 0 is out of range; allowed: auto, or a whole number from 1"),
-        ({"shards": "many"}, "shards: 'many' is neither auto nor a whole number"),
-    ],
-)  # fmt: skip
-def test_refusals_of_a_sweep(changes, message):
-    assert f"definition: {message}" in refusal(with_grid() | changes)
+OF_SWEEPS = [
+    ({"grd": {}}, "grd: is an unknown key (did you mean grid?); allowed: the keys title"),
+    ({"title": 5}, "title: 5 is not text"),
+    ({"title": "a\x1b[31mb"}, "title: 'a\\x1b[31mb' is empty, too long or not printable"),
+    ({"title": "x" * 201}, "title: '" + "x" * 58 + "… is empty, too long"),
+    ({"system": "symmetric_topp"}, "system: 'symmetric_topp' is not available (did you mean symmetric_top?)"),
+    ({"system": ["rigid_body"]}, "system: ['rigid_body'] is not available"),
+    ({"axes": []}, "axes: [] is empty"),
+    ({"axes": [1, 1]}, "axes: [1, 1] holds 1 twice"),
+    ({"axes": [1, 4]}, "axes[1]: 4 is out of range; allowed: 1, 2 or 3"),
+    ({"axes": [1.0]}, "axes[0]: 1.0 is not a whole number"),
+    ({"grid": []}, "grid: [] is not a mapping; allowed: what is varied"),
+    ({"grid": {}}, "grid.I2: is missing; allowed: moment of inertia about axis 2, kg m2"),
+    ({"grid": {"I1": 1, "I2": 1, "I3": 1}}, "grid.omega0: is missing; allowed: spin rate"),
+    ({"bodies": []}, "bodies: [] is empty"),
+    ({"bodies": [3]}, "bodies[0]: 3 is not a mapping"),
+    ({"shards": 0}, "shards: 0 is out of range; allowed: auto, or a whole number from 1"),
+    ({"shards": "many"}, "shards: 'many' is neither auto nor a whole number"),
+]
+OF_INTEGRATIONS = [
+    ({"propagator": "leapfrog"}, f"propagator: 'leapfrog' is not available; allowed: {', '.join(PROPAGATORS)}"),
+    ({"variables": []}, "variables: [] is empty"),
+    ({"variables": ["omega_squares"]}, "variables[0]: 'omega_squares' is not a variable of this sweep (did you mean"),
+    ({"flips": 1}, "flips: 1 is"),
+    ({"rotations": 0}, "rotations: 0 is out of range; allowed: a finite"),
+    ({"rotations": 0.4}, "rotations: 0.4 makes 6.4 samples"),
+    ({"samples_per_rotation": 3}, "samples_per_rotation: 3 is out of range"),
+    ({"samples_per_rotation": 10**400}, "samples_per_rotation: a whole number of 1329 bits is out of range"),
+    ({"tolerance": 9e-14}, "tolerance: 9e-14 is out of range; allowed: a"),
+]
+OF_MOMENTS = [
+    ([], ": [] is empty"),
+    ([1.0, 2.0, 1], ": [1.0, 2.0, 1] holds 1.0 twice"),
+    ([1.0, [2.0]], "[1]: [2.0] is not a number"),
+    ({"start": 1, "stop": 2}, ".num: is missing; allowed: number of values"),
+    ({"start": 1, "stop": 2, "nums": 3}, ".nums: is an unknown key (did you mean num?)"),
+    ({"start": 1, "stop": 2, "num": 0}, ".num: 0 is out of range"),
+    ({"start": 1, "stop": 2, "num": 10**16}, ".num: 10000000000000000 is out of range"),
+    ({"start": 1, "stop": 2, "num": 5, "spacing": "lin"}, ".spacing: 'lin' is not available (did you mean linear?)"),
+]
+OF_RANGES = [  # parameter, start, stop, num, spacing, message
+    ("I1", 1, 2, 1, "linear", "has one value but two ends"),
+    ("I1", 1, 1, 2, "linear", "has values that coincide"),
+    ("I1", 1, 1 + 4e-16, 9, "linear", "has values that coincide"),
+    ("I1", 1, 2, 9 * 10**15, "log", "has values that coincide"),
+    ("omega0", -1.0, 1.0, 3, "linear", "holds the spin rate 0"),
+    ("omega0", 0.7, -0.1, 9, "linear", "holds the spin rate 0"),
+    ("omega0", -2e-150, 2e-150, 6, "linear", "holds the spin rate 0"),
+    ("omega0", -1.0, 1.0, 4, "log", "has log spacing through zero"),
+    ("phase", 0.0, 1.0, 4, "log", "has log spacing through zero"),
+    ("phase", -1e308, 1e308, 4, "linear", "is wider than a double can hold"),
+]
+OF_BODIES = [
+    ({"name": ""}, "name: '' is empty"),
+    ({"name": "a\nb"}, "name: 'a\\nb' is empty, too long or not printable"),
+    ({"ratios": {"I1": 1, "I2": 1, "I3": 1}}, "I3: 3.0 is given beside ratios"),
+    ({"ratios": {"I1": 1, "I2": 1}}, "ratios.I3: is missing"),
+    ({"axis": 4}, "axis: 4 is out of range; allowed: 1, 2 or 3"),
+    ({"mass": 4}, "mass: is an unknown key; allowed: the keys name, I1"),
+    ({"observed": {"period_days": 0, "what": "x"}}, "observed.period_days: 0 is out of range"),
+    ({"note": "\x07"}, "note: '\\x07' is empty, too long or not printable"),
+]
+REFUSED = [
+    *((with_grid() | changes, message) for changes, message in OF_SWEEPS),
+    *((with_grid() | {"integration": changes}, f"integration.{message}") for changes, message in OF_INTEGRATIONS),
+    *((with_grid(I1=entry), f"grid.I1{message}") for entry, message in OF_MOMENTS),
+    *((with_body(**changes), f"bodies[0].{message}") for changes, message in OF_BODIES),
+]
 
 
-@pytest.mark.parametrize(
-    ("entry", "message"),
-    [
-        ([], "grid.I1: [] is empty"),
-        ([1.0, 2.0, 1], "grid.I1: [1.0, 2.0, 1] holds 1.0 twice"),
-        ([1.0, [2.0]], "grid.I1[1]: [2.0] is not a number"),
-        ({"start": 1, "stop": 2}, "grid.I1.num: is missing; allowed: number of values"),
-        ({"start": 1, "stop": 2, "nums": 3}, "grid.I1.nums: is an unknown key (did you mean num?)"),
-        ({"start": 1, "stop": 2, "num": 0}, "grid.I1.num: 0 is out of range"),
-        ({"start": 1, "stop": 2, "num": 1}, "has one value but two ends"),
-        ({"start": 1, "stop": 1, "num": 2}, "has values that coincide"),
-        ({"start": 1, "stop": 1 + 4e-16, "num": 9}, "has values that coincide"),
-        ({"start": 1, "stop": 2, "num": 10**16}, "grid.I1.num: 10000000000000000 is out of range"),
-        ({"start": 1, "stop": 2, "num": 9 * 10**15, "spacing": "log"}, "has values that coincide"),
-        ({"start": 1, "stop": 2, "num": 5, "spacing": "lin"}, "'lin' is not available (did you mean linear?)"),
-    ],
-)
-def test_refusals_of_a_moment(entry, message):
-    assert message in refusal(with_grid(I1=entry))
+@pytest.mark.parametrize(("source", "message"), REFUSED, ids=[message[:40] for _, message in REFUSED])
+def test_refusals_name_path_value_and_what_is_allowed(source, message):
+    assert f"definition: {message}" in refusal(source)
 
 
-@pytest.mark.parametrize(
-    ("name", "entry", "message"),
-    [
-        ("omega0", {"start": -1.0, "stop": 1.0, "num": 3}, "holds the spin rate 0"),
-        ("omega0", {"start": 0.7, "stop": -0.1, "num": 9}, "holds the spin rate 0"),
-        ("omega0", {"start": -2e-150, "stop": 2e-150, "num": 6}, "holds the spin rate 0"),
-        ("omega0", {"start": -1.0, "stop": 1.0, "num": 4, "spacing": "log"}, "has log spacing through zero"),
-        ("phase", {"start": 0.0, "stop": 1.0, "num": 4, "spacing": "log"}, "has log spacing through zero"),
-        ("phase", {"start": -1e308, "stop": 1e308, "num": 4}, "is wider than a double can hold"),
-    ],
-)
-def test_refusals_of_what_a_range_makes(name, entry, message):
-    assert f"grid.{name}: " in refusal(with_grid(**{name: entry}))
-    assert message in refusal(with_grid(**{name: entry}))
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"name": ""}, "bodies[0].name: '' is empty"),
-        ({"name": "a\nb"}, "bodies[0].name: 'a\\nb' is empty, too long or not printable"),
-        ({"ratios": {"I1": 1, "I2": 1, "I3": 1}}, "bodies[0].I3: 3.0 is given beside ratios"),
-        ({"ratios": {"I1": 1, "I2": 1}}, "bodies[0].ratios.I3: is missing"),
-        ({"axis": 4}, "bodies[0].axis: 4 is out of range; allowed: 1, 2 or 3"),
-        ({"mass": 4}, "bodies[0].mass: is an unknown key; allowed: the keys name, I1"),
-        ({"observed": {"period_days": 0, "what": "x"}}, "bodies[0].observed.period_days: 0 is out of range"),
-        ({"note": "\x07"}, "bodies[0].note: '\\x07' is empty, too long or not printable"),
-    ],
-)
-def test_refusals_of_a_body(changes, message):
-    assert message in refusal(with_body(**changes))
+@pytest.mark.parametrize(("name", "start", "stop", "num", "spacing", "words"), OF_RANGES)
+def test_refusals_of_what_a_range_makes(name, start, stop, num, spacing, words):
+    message = refusal(with_grid(**{name: {"start": start, "stop": stop, "num": num, "spacing": spacing}}))
+    assert f"grid.{name}: " in message
+    assert words in message
 
 
 def test_bodies_and_grid_share_the_work():

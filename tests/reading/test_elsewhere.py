@@ -131,14 +131,3 @@ def test_a_file_that_comes_in_pieces_is_read_whole(path, monkeypatch):
     pread = os.pread
     monkeypatch.setattr(os, "pread", lambda file, size, place: pread(file, min(size, 700), place))
     assert FileBytes(path).read_at(3, 1000) == path.read_bytes()[3:1003]
-
-
-def test_a_map_that_is_written_while_it_is_open_is_refused(path, tmp_path):
-    copy = tmp_path / "map.nc"
-    copy.write_bytes(path.read_bytes())
-    with sweeps.open_map(copy) as ds:
-        with copy.open("r+b") as file:
-            file.write(b"\x89")
-        os.utime(copy, ns=(1, 1))
-        with pytest.raises(MapError, match="was changed while it was read"):
-            ds["regime"].load()
