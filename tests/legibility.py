@@ -10,6 +10,7 @@ import ast
 import re
 import sys
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -48,6 +49,12 @@ FRAGMENT = re.compile(
 )
 STRING_OR_COMMENT = re.compile(r"(\"\"\"|''')(?s:\\.|.)*?\1|([\"'])(?:\\.|.)*?\2|#.*")
 QUESTION = re.compile(r"(What|Whether|How|Where|Who|Whose|Which|In what|Of what)\b")
+
+
+@cache
+def nodes_of(path):
+    """Return all nodes of the syntax tree of a file, the module first."""
+    return [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
 
 
 @dataclass
@@ -139,8 +146,8 @@ def measure(tops=("kernels", "sweeps")):
 
 def _add_file(figures, path):
     text, place = path.read_text(encoding="utf-8"), str(path.relative_to(ROOT))
-    tree, lines = ast.parse(text), text.splitlines()
-    nodes = [*ast.walk(tree)]
+    nodes, lines = nodes_of(path), text.splitlines()
+    tree = nodes[0]
 
     def add(name, line, found, is_bad):
         figures[name].total += 1

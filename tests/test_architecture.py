@@ -8,6 +8,7 @@ from pathlib import Path
 
 import networkx
 import pytest
+from legibility import nodes_of
 
 from sweeps import systems
 from sweeps.schema import DEFAULT_SYSTEM
@@ -23,12 +24,6 @@ def modules():
             words = path.relative_to(ROOT).with_suffix("").parts
             files[".".join(words[:-1] if words[-1] == "__init__" else words)] = path
     return files
-
-
-@cache
-def nodes_of(path):
-    """All nodes of the syntax tree of a file."""
-    return [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
 
 
 def imports_of(name, path, module_files):

@@ -3,6 +3,8 @@
 import ast
 from pathlib import Path
 
+import legibility
+
 ROOT = Path(__file__).parents[1]
 INTERNAL = (
     "numba.core",
@@ -31,7 +33,7 @@ REASONS = {
 
 def uses(path):
     """Internal modules that a file imports, and private names that it imports or assigns of foreign objects."""
-    nodes, name = [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))], path.relative_to(ROOT).as_posix()
+    nodes, name = legibility.nodes_of(path), path.relative_to(ROOT).as_posix()
     imports = set()
     for node in nodes:
         if isinstance(node, ast.ImportFrom) and node.module and not node.level and not node.module.startswith(OURS):

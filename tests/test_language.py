@@ -51,17 +51,10 @@ def docstrings():
     """Yield (module, name, docstring) of each function."""
     for path in sorted(p for tree in ("kernels", "sweeps") for p in (ROOT / tree).rglob("*.py")):
         module = str(path.relative_to(ROOT).with_suffix(""))
-        yield from ((module, name, text) for name, text in of(ast.parse(path.read_text(encoding="utf-8"))))
-
-
-def of(node):
-    """Yield (name, docstring) of the functions and methods below a node of a syntax tree."""
-    for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.FunctionDef | ast.ClassDef):
-            is_property = any("property" in ast.unparse(decorator) for decorator in child.decorator_list)
-            if isinstance(child, ast.FunctionDef) and not is_property and ast.get_docstring(child):
-                yield child.name, ast.get_docstring(child)
-            yield from of(child)
+        for node in legibility.nodes_of(path):
+            if isinstance(node, ast.FunctionDef) and ast.get_docstring(node):
+                if not any("property" in ast.unparse(decorator) for decorator in node.decorator_list):
+                    yield module, node.name, ast.get_docstring(node)
 
 
 def texts():
@@ -70,7 +63,7 @@ def texts():
         if path.suffix in (".md", ".html", ".yaml", ".ipynb") and path.name != "glossary.md":
             yield path, re.sub(r'(id|for|by|describedby)="[^"]*"', "", path.read_text(encoding="utf-8"))
         elif path.suffix == ".py":
-            nodes = [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
+            nodes = legibility.nodes_of(path)
             quiet = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
             strings = (n.value for n in nodes if isinstance(n, ast.Constant) and id(n) not in quiet)
             yield path, "\n".join(text for text in strings if isinstance(text, str) and " " in text)

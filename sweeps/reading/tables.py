@@ -7,7 +7,7 @@ numbers lie, as of a map.
 import csv
 import json
 import re
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple
 from functools import partial
@@ -240,18 +240,13 @@ class _Csv(Source):
         import pandas as pd
 
         order = [str(place) for place in places]
-        number = 0
-        if self.texts - {*places}:
-            yield from self._numbers_beside_text(order)
+        # pandas reads a column of true and false as 1 and 0
+        if self.texts - {*places} or any(map(_has_truth_value, self._blocks())):
+            yield from self._parsed_texts(order)
             return
-        if any(map(_has_truth_value, self._blocks())):  # pandas reads a column of true and false as 1 and 0
-            raise self._text(0)
         try:
-            for block in self._read(self._stream(), "f8", header=0, chunksize=PART_ROWS):
-                if not isinstance(block.index, pd.RangeIndex) or block[self._spare].notna().any(axis=None):
-                    raise refusal("", display(self.name), "has more values in a row than names", "as many")
+            for block in self._row_parts("f8"):
                 yield block[order].to_numpy()
-                number += 1
         except pd.errors.ParserError as error:
             match = re.search(r"line (\d+), saw (\d+)", str(error))
             value = f"row {int(match[1]) - 1:,} ({match[2]} values)" if match else display(self.name)
@@ -259,17 +254,25 @@ class _Csv(Source):
         except UnicodeDecodeError:
             raise refusal("", display(self.name), "is not UTF-8 text", "a CSV file in UTF-8") from None
         except ValueError:
-            raise self._text(number) from None
+            deque(self._parsed_texts(order), maxlen=0)  # raises the error that names the text
+            raise refusal("", display(self.name), "holds what is no number", "numbers in every row") from None
 
-    def _numbers_beside_text(self, order: list[str]) -> Iterator[np.ndarray]:
-        """Yield some columns of a file that has columns of text as well."""
+    def _row_parts(self, dtype: str, **options):
+        """Yield the rows as DataFrames of one type, part by part; refuse rows of more values than names."""
+        import pandas as pd
+
+        for block in self._read(self._stream(), dtype, header=0, chunksize=PART_ROWS, **options):
+            if not isinstance(block.index, pd.RangeIndex) or block[self._spare].notna().any(axis=None):
+                raise refusal("", display(self.name), "has more values in a row than names", "as many")
+            yield block
+
+    def _parsed_texts(self, order: list[str]) -> Iterator[np.ndarray]:
+        """Yield the numbers of some columns, read as text; refuse the first text that is not a number by its row."""
         import pandas as pd
 
         first = 1
-        for block in self._read(self._stream(), "str", header=0, chunksize=PART_ROWS):
+        for block in self._row_parts("str"):
             values = block[order]
-            if not isinstance(block.index, pd.RangeIndex) or block[self._spare].notna().any(axis=None):
-                raise refusal("", display(self.name), "has more values in a row than names", "as many")
             is_text = (values.apply(pd.to_numeric, errors="coerce").isna() & values.notna()).to_numpy()
             if is_text.any():
                 row, at = map(int, np.argwhere(is_text)[0])
@@ -281,31 +284,12 @@ class _Csv(Source):
 
     def read_texts(self, place: int) -> Iterator[list[str]]:
         """Yield the texts of a column, part by part, in the child."""
-        for block in self._read(self._stream(), "str", header=0, chunksize=PART_ROWS, keep_default_na=False):
+        for block in self._row_parts("str", keep_default_na=False):
             yield block[str(place)].fillna("").tolist()
 
     def _stream(self) -> FileBytes:
         self._file.seek(0)
         return self._file
-
-    def _text(self, number: int) -> UnreadableError:
-        """Return the error that names the first text, in a part of the file, that is not a number."""
-        import pandas as pd
-
-        text = self._read(self._stream(), "str", header=0, chunksize=PART_ROWS, keep_default_na=False)
-        for k, block in enumerate(text):
-            if k < number:
-                continue
-            some = [block[name] for name in block.columns[: len(self.headings)]]
-            bad = np.stack([pd.to_numeric(one, errors="coerce").isna().to_numpy() for one in some])
-            if not bad.any():
-                break
-            row, place = map(int, np.argwhere(bad.T)[0])
-            value = f"row {number * PART_ROWS + row + 1:,} ({display(str(block.iat[row, place]))})"
-            return refusal(
-                self.headings[place][0], value, "is no number", "a number in every row, with a decimal point"
-            )
-        return refusal("", display(self.name), "holds what is no number", "numbers in every row")
 
 
 # -- Parquet

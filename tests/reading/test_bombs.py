@@ -97,7 +97,7 @@ MESHES = {
     "coordinates of 1e308": ("a.off", scaled(1e308), r"beyond 1e\+30"),
     "coordinates of 1e200": ("a.off", scaled(1e200), r"beyond 1e\+30"),
     "no number": ("a.off", scaled(float("nan")), "no numbers|cannot be read as a mesh"),
-    "overlapping shells": ("a.off", shells(60), r"surfaces .* overlap"),
+    "overlapping shells": ("a.off", shells(6), r"surfaces .* overlap"),
     "shells beyond number": ("a.off", shells(10_001), "too many surfaces one above the other"),
 }
 
