@@ -24,7 +24,8 @@ from sweeps.points import catalogue
 from sweeps.process import progress
 from sweeps.schema.refusals import MapError
 
-VARIABLES = ["omega_squared", "growth_rate", "frequency", "regime", "status", "energy_drift", "propagation_error"]
+VARIABLES = ["omega_squared", "omega_squared_theory", "growth_rate", "frequency", "regime", "status"]
+VARIABLES += ["energy_drift", "propagation_error"]
 
 
 @pytest.fixture(scope="module")
