@@ -13,6 +13,7 @@ import pytest
 import repeated
 import xarray as xr
 from calls import refusal_message, run_command
+from damages import PICTURE_COLUMNS
 from maps import BODIES, DEFINITION, write
 from scipy.special import ellipk
 
@@ -24,8 +25,7 @@ from sweeps.points import catalogue
 from sweeps.process import progress
 from sweeps.schema.refusals import MapError
 
-VARIABLES = ["omega_squared", "omega_squared_theory", "growth_rate", "frequency", "regime", "status"]
-VARIABLES += ["energy_drift", "propagation_error"]
+VARIABLES = [*PICTURE_COLUMNS, "frequency"]
 
 
 @pytest.fixture(scope="module")
