@@ -128,16 +128,11 @@ BOMBS = {
     "laughs": "a: &a [x, x, x, x, x, x, x, x, x]\n"
     + "".join(f"{b}: &{b} [{', '.join([f'*{a}'] * 9)}]\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True)),
     "deep list": "[" * 400_000,
-    "deep mapping": "{a: " * 200_000,
     "deep block": "".join(" " * k + "a:\n" for k in range(1200)),
-    "deep json": '{"a":' * 100_000 + "1" + "}" * 100_000,
     "long key": "? " + "a" * 900_000 + "\n: 1",
-    "long number": "shards: " + "9" * 900_000,
     "many keys": "".join(f"k{k}: 1\n" for k in range(90_000)),
     "one list": "axes: [" + "1," * 500_000 + "]",
     "many documents": "---\na\n" * 100_000,
-    "self": "a: &a [*a]",
-    "too large": "# " + "x" * 2**21,
     "huge num": "grid: {I1: {start: 1, stop: 2, num: 9007199254740992}, I2: 1.0, I3: 1.0, omega0: 1.0}",
     "three huge": "grid: {"
     + "".join(f"I{i}: {{start: 1, stop: 2, num: 9007199254740992}}, " for i in (1, 2, 3))
@@ -189,19 +184,11 @@ def test_more_values_than_yaml_is_read_for_are_refused(folder, monkeypatch):
         loading.read_sweep(folder / "many.yaml")
 
 
-NAMES = [
-    *("..yaml", "-o owned.yaml", "--help.yaml", "$(touch owned).yaml", "`touch owned`.yaml", "a;touch owned.yaml"),
-    *("a\nb.yaml", "a b.yaml", "a&touch owned.yaml", "é.yaml", "\u202ea.yaml", "a{sweep}.yaml", "a" * 65 + ".yaml"),
-    *("a|b.yaml", "a'b.yaml", 'a"b.yaml', ".hidden.yaml", "a*.yaml", "a\\b.yaml", "~root.yaml", "%s.yaml"),
-    *(".yaml", "_a.yaml"),
-]
+NAMES = ("..yaml", "-o owned.yaml", "$(touch owned).yaml", "a\nb.yaml", "\u202ea.yaml", "a{sweep}.yaml")
 GOOD = "grid: {I1: 1.0, I2: 2.0, I3: [2.5, 3.0], omega0: 1.0}\n"
 
 
-FIRST = ("..yaml", "-o owned.yaml", "$(touch owned).yaml", "a\nb.yaml", "\u202ea.yaml", "a{sweep}.yaml")
-
-
-@pytest.mark.parametrize("name", [n if n in FIRST else pytest.param(n, marks=pytest.mark.slow) for n in NAMES])
+@pytest.mark.parametrize("name", NAMES)
 def test_a_name_that_could_escape_is_refused(folder, name, capsys):
     (folder / "given").mkdir()
     (folder / "given" / name).write_text(GOOD)
@@ -282,16 +269,12 @@ ATTRIBUTES = {
     "markup": ({"title": "[bold]x[/bold] [/] [link=http://x]y"}, FINE),
     "a formula that is none": ({"title": r"$\frac{$ x$^{$"}, FINE),
     "title of many lines": ({"title": "a\n" * 2000}, FINE),
-    "title of numbers": ({"title": [1, 2, 3]}, FINE),
     "numbers": ({"title": 7.5, "source": 3, "history": 2.0, "references": 1, "content_hash": 5}, UNLIKE),
-    "definition of numbers": ({"definition": [1.0, 2.0]}, UNLIKE),
     "definition of script": ({"definition": "</script><script>owned=1</script>"}, UNLIKE),
     "deep definition": ({"definition": "[" * 10_000}, UNLIKE),
     "odd definition": ({"definition": "integration: {tolerance: [], variables: 7}\nbodies: [{axis: 9}, 3]"}, UNLIKE),
     "a file": ({"system": "evil.py"}, REFUSED),  # of systems without an axis
     "two lines": ({"system": "rigid_body\n<b>"}, REFUSED),
-    "version": ({"contract_version": 3.0}, FINE),
-    "conventions": ({"Conventions": [9]}, UNLIKE),
 }
 QUICK = ("control characters", "script", "a file")
 DRAWN = ("control characters", "a file", "a formula that is none", "title of many lines")  # pictures take seconds
@@ -313,7 +296,7 @@ def test_attributes_of_any_kind_are_taken_or_refused_in_words_by_every_command(f
     assert not (folder / "owned").exists()
 
 
-LARGE = {"one word": "x" * 1_000_000, "markup": "[b]<a>$x^{" * 100_000, "201 characters": "x" * 201}
+LARGE = {"one word": "x" * 1_000_000, "201 characters": "x" * 201}
 
 
 @pytest.mark.parametrize("what", LARGE)

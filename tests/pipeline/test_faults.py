@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from workspaces import SHARDS, TARGET, assert_whole
+from workspaces import SHARDS, assert_whole
 
 import sweeps
 
@@ -224,60 +224,6 @@ def test_stale_compiled_code_in_our_place_is_not_run(workspace, stale):
     finally:
         shutil.rmtree(ours)
         backup.rename(ours)
-
-
-QUICK = ("elliptic", "measure", "direct", "solution")  # kernels that are soon compiled again
-
-
-def compiled_files(workspace):
-    """Return the compiled files of some kernels; files that an earlier test has emptied stay empty until a call."""
-    files = Path(workspace.ask(FOLDER), "code").iterdir()
-    return sorted(p for p in files if p.name.partition(".")[0] in QUICK and p.stat().st_size)
-
-
-def test_a_damaged_compiler_cache_is_not_believed(workspace):
-    """Remainders of a failing disk in the cache: halves, nothing, noise."""
-    files = compiled_files(workspace)
-    assert len(files) > 10
-    rng = random.Random(5)
-    for path in files:
-        content = path.read_bytes()
-        damage = [
-            content[: len(content) // 2],
-            b"",
-            content.replace(b"0.", b"9.", 1),
-            rng.randbytes(len(content)),
-            content,
-        ]
-        path.write_bytes(rng.choice(damage))
-    status, output = workspace.run()
-    assert status == 0, output
-    assert_whole(workspace)
-
-
-COMMANDS = [
-    f"verify {TARGET} --points 20",
-    f"point {TARGET} --axis 2 --I1 0.7 --I2 0.9 --I3 1 --omega0 1 --trajectory results/motion.csv",
-    "body racket",
-    f"figures {TARGET} -o results/figures",
-]
-
-
-def test_a_bit_that_flips_in_compiled_code_is_never_run(workspace):
-    """Wherever kernels are called: in every command that does, and in Python."""
-    status, output = workspace.run()
-    assert status == 0, output
-    calls = [lambda line=line: workspace.command(*line.split()) for line in COMMANDS]
-    rng = random.Random(6)
-    for call in [*calls, lambda: workspace.ask(HASH)]:
-        expected, motion = call(), workspace.folder / "results/motion.csv"
-        motion_bytes = motion.read_bytes() if motion.exists() else b""
-        for code in compiled_files(workspace):
-            content = bytearray(code.read_bytes())
-            content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
-            code.write_bytes(content)
-        assert call() == expected
-        assert (motion.read_bytes() if motion.exists() else b"") == motion_bytes
 
 
 def test_values_of_the_undisturbed_run_are_those_of_a_call(workspace):

@@ -92,12 +92,9 @@ def mark(**parts):
 
 CLAIMS = {
     "a living process": ({}, 0, False),
-    "a living process, long ago": ({}, 1e6, False),
-    "a number that another program has now": ({"begun": "1"}, 0, True),
     "a number that nobody has": ({"number": "99999999"}, 0, True),
     "another machine": ({"boot": "0" * 12, "host": "other"}, 0, False),
     "another machine, not renewed": ({"boot": "0" * 12, "host": "other"}, claims.MAX_SILENCE + 60, True),
-    "another container": ({"space": "1"}, 0, False),
 }
 
 

@@ -242,5 +242,5 @@ def test_a_drawing_process_that_is_killed_is_one_message_and_the_next_call_goes_
     assert (process.returncode, message.count("\n")) in ((1, 1), (0, 0)), message  # 0: it had drawn its last picture
     assert not message or message.startswith("a process that this command started was ended from outside")
     assert not list(tmp_path.glob(".drawn*"))
-    assert main(["figures", str(tmp_path / "map.nc"), "-o", str(tmp_path / "drawn"), "--only", "points"]) == 0
+    assert main(["figures", str(tmp_path / "map.nc"), "-o", str(tmp_path / "drawn"), "--only", "stability"]) == 0
     assert list((tmp_path / "drawn").glob("*.png"))

@@ -93,20 +93,11 @@ def test_settings_processor_and_sources_count(mine, monkeypatch):
     assert up_to_date.inputs_hash(mine) != basis
 
 
-EDITS = {
-    "edited": lambda path: path.write_text(json.dumps(MINE | {"title": "other"})),
-    "replaced": lambda path: Path(path.rename("old.yaml")) and path.write_text(json.dumps(MINE | {"shards": 2})),
-    "a comment more": lambda path: path.write_text(f"# a comment\n{json.dumps(MINE)}"),
-    "of another layout": lambda path: path.write_text(json.dumps(MINE, indent=1)),
-    "one number": lambda path: path.write_text(json.dumps(MINE).replace("0.75", "0.76")),
-}
-
-
-@pytest.mark.parametrize("how", EDITS)
-def test_a_definition_that_was_edited_between_its_readings_is_not_noted(mine, how):
+def test_a_definition_that_was_edited_between_its_readings_is_not_noted(mine):
     """Restored, the definition would be served the edited definition's map."""
     before, basis = mine.read_text(), up_to_date.inputs_hash(mine)
-    EDITS[how](mine)
+    assert up_to_date.covers_text(basis, read_sweep(mine).definition.text)
+    mine.write_text(f"# a comment\n{json.dumps(MINE)}")
     sweep = read_sweep(mine)
     mine.write_text(before)
     assert not up_to_date.covers_text(basis, sweep.definition.text)
@@ -173,10 +164,7 @@ def outputs_folder(tmp_path):
 DAMAGES = {  # damage of a file, and the outputs removed for it
     "deleted": ("figures/a.png", lambda file: file.unlink(), "figures"),
     "cut short": ("figures/b.png", lambda file: os.truncate(file, 60), "figures"),
-    "emptied": ("figures/flip.gif", lambda file: os.truncate(file, 0), "figures"),
-    "grown": ("figures/a.png", lambda file: os.truncate(file, 200), "figures"),
     "report cut short": ("report.html", lambda file: os.truncate(file, 60), "report.html"),
-    "report deleted": ("report.html", lambda file: file.unlink(), "report.html"),
 }
 
 

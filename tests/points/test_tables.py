@@ -26,7 +26,7 @@ def _own_cache(tmp_path, monkeypatch):
 
 def write(folder, content, name="bodies.csv", grid="{I3: 1.0}", more=""):
     """Write a definition next to its table."""
-    (folder / name).write_text(content)
+    (folder / name).write_bytes(content.encode(errors="surrogateescape"))
     (folder / "my.yaml").write_text(f"table: {name}\ngrid: {grid}\n{more}\n")
     return folder / "my.yaml"
 
@@ -61,51 +61,6 @@ def test_any_part_is_that_part_of_the_whole(tmp_path):
     for start, stop in ((0, 0), (0, 1), (16_383, 16_385), (39_999, 40_000)):
         columns = rows.rows(start, stop)
         assert np.array_equal(np.column_stack([columns[name] for name in NAMES]), all_points[start:stop])
-
-
-LINES = text(ROWS[:60]).splitlines()
-STRANGE = {
-    "nothing": LINES,
-    "text": [*LINES[:40], "1.0,2.0,many", *LINES[40:]],
-    "too many values": [*LINES[:40], "1.0,2.0,3.0,4.0", *LINES[40:]],
-    "too many everywhere": [LINES[0], *(f"{line},1.0" for line in LINES[1:])],
-    "too few": [*LINES[:40], "1.0,2.0", *LINES[40:]],
-    "an empty line": [*LINES[:40], "", "", *LINES[40:]],
-    "quotes": [*LINES[:40], '"1.0","2.0","3.0e6"', *LINES[40:]],
-    "a line end in quotes": [*LINES[:40], '1.0,2.0,"3.0', 'e6"', *LINES[40:]],
-    "an open quote": [*LINES[:40], '1.0,2.0,"3.0e6', *LINES[40:]],
-    "no number": [*LINES[:40], "1.0,nan,3.0e6", *LINES[40:]],
-    "out of range": [*LINES[:40], "1.0,2.0,-3.0e6", *LINES[40:]],
-    "no UTF-8": [*LINES[:40], "1.0,2.0,\udcff", *LINES[40:]],
-}
-
-
-@pytest.mark.parametrize(
-    ("what", "ends"),
-    [*((what, "\n") for what in STRANGE), *((w, e) for w in ("nothing", "text") for e in ("\r\n", "\r"))],
-)
-def test_blocks_side_by_side_say_what_one_reading_says(tmp_path, monkeypatch, what, ends):
-    """Rows, and refusals with their row's number, are those of the file read from its beginning."""
-
-    def read_or_refuse(folder, size):
-        monkeypatch.setattr(formats, "BLOCK_BYTES", size)
-        monkeypatch.setattr(tables, "cache_folder", lambda: folder / "cache")
-        folder.mkdir()
-        path = write(folder, "")
-        (folder / "bodies.csv").write_bytes(ends.join([*STRANGE[what], ""]).encode(errors="surrogateescape"))
-        try:
-            return points(path)
-        except DefinitionError as error:
-            return str(error).replace(str(folder), "")
-
-    def in_turn(source, places):
-        return formats.rows_in_child(source, places)
-
-    small = read_or_refuse(tmp_path / "small", 200)
-    monkeypatch.setattr(formats._Csv, "row_blocks", in_turn)
-    expected = read_or_refuse(tmp_path / "whole", 200)
-    assert small == expected if isinstance(expected, str) else np.array_equal(small, expected)
-    assert isinstance(expected, str) or what in ("nothing", "an empty line", "quotes", "a line end in quotes")
 
 
 @pytest.mark.parametrize("parquet", [False, pytest.param(True, marks=pytest.mark.slow)])
@@ -155,6 +110,9 @@ def test_a_damaged_cache_is_never_read(tmp_path):
         ("-1,2,1e7", "table.I1: row 3 (-1.0) is out of range; allowed: a positive number"),
         ("1,2,1e7,4", "table: row 3 (4 values) is no row of the table; allowed: 3 values in every row"),
         ("True,2,1e7", "table.I1: row 3 ('True') is no number; allowed: a number in every row"),
+        ("1.0,2.0", "table.I2: row 3 is missing"),
+        ('1.0,2.0,"3.0e6', "table"),
+        ("1.0,2.0,\udcff", "is not UTF-8 text"),
     ],
 )
 def test_a_bad_row_is_named_and_nothing_is_kept(tmp_path, row, words):
