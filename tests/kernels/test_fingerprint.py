@@ -50,16 +50,11 @@ def test_a_new_a_lost_and_a_renamed_source_count(checkout):
     assert len({before, after_rename, more, fp.fingerprint()}) == 4
 
 
-def test_what_is_no_source_does_not_count(checkout):
+def test_neither_what_is_no_source_nor_where_the_checkout_lies_counts(checkout, tmp_path, monkeypatch):
     before = fp.fingerprint()
     (checkout / "notes.txt").write_bytes(b"changed")
     (checkout / "__pycache__").mkdir()
     (checkout / "__pycache__" / "step.cpython-311.pyc").write_bytes(b"compiled")
-    assert fp.fingerprint() == before
-
-
-def test_where_the_checkout_lies_does_not_count(checkout, tmp_path, monkeypatch):
-    before = fp.fingerprint()
     checkout.parent.rename(tmp_path / "elsewhere")
     monkeypatch.setattr(fp, "__file__", str(tmp_path / "elsewhere" / "kernels" / "compile" / "fingerprint.py"))
     assert fp.fingerprint() == before

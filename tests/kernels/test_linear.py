@@ -63,12 +63,6 @@ def test_regimes_of_the_three_axes(moments):
     assert ((omega_squared == 0) == np.isin(regimes, [linear.MARGINAL, linear.SPHERE])).all()
 
 
-def test_regimes_by_name():
-    regimes = linear.regime([1, 1, 1, 1, 1, 2, 2], [2, 2, 2, 1, 1, 1, 1], [3, 3, 3, 2, 1, 1, 2], [1, 2, 3, 1, 2, 1, 1])
-    expected = [linear.STABLE_MINOR, linear.UNSTABLE, linear.STABLE_MAJOR, linear.MARGINAL, linear.SPHERE]
-    assert regimes.tolist() == [*expected, linear.STABLE_MAJOR, linear.MARGINAL]
-
-
 def growing_fraction(I1, I2, I3, omega0, axis, phase):
     """The column of a batch."""
     points = {"I1": I1, "I2": I2, "I3": I3, "axis": axis, "omega0": omega0, "epsilon": 1e-6, "phase": phase}
