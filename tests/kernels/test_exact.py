@@ -86,8 +86,8 @@ def fifty_digits():
 def test_the_two_references_agree():
     for moments, start in zip(BODIES, SIGNS, strict=False):
         start = np.array([0.4, 0.9, 0.5]) * start
-        expected = taylor(moments, start, [9.0], order=64)
-        assert distance([textbook(moments, start, 9.0)], expected) < 1e-47
+        expected = taylor(moments, start, [3.0], order=64)
+        assert distance([textbook(moments, start, 3.0)], expected) < 1e-47
 
 
 # ---- the closed form ----
@@ -108,7 +108,7 @@ def test_every_order_of_axes_and_every_sign_solves_eulers_equations(case):
 def test_any_time_up_to_ten_thousand_rotations():
     rng = np.random.default_rng(3)
     count = 0
-    while count < 120:
+    while count < 60:
         moments = rng.uniform(0.3, 1.5, 3) if count % 2 else 10.0 ** rng.uniform(-3, 3, 3)
         start = rng.normal(size=3) * 10.0 ** rng.uniform(-3, 3) * 10.0 ** rng.uniform(-4, 0, 3)
         size = np.linalg.norm(start)
@@ -252,12 +252,12 @@ STARTS = [
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("name", repeated.but(QUICK, DEGENERATE))
 def test_degenerate_bodies(name):
-    times = np.array([0.0, 2.0, 12.0])
+    times = np.array([0.0, 2.0, 6.0])
     a, b, c = DEGENERATE[name]
     orders = [(a, b, c), (b, c, a), (c, b, a)]
     for moments, start in [(order, start) for k, order in enumerate(orders) for start in STARTS[k % 2 :: 2]]:
         motion = exact.rotation(moments, start, times)
-        assert distance(motion, taylor(moments, start, times, order=26)) < 2.5e-14  # 1e-15 (1 + 12 + 12)
+        assert distance(motion, taylor(moments, start, times, order=26)) < 1.3e-14  # 1e-15 (1 + 6 + 6)
 
 
 @pytest.mark.parametrize("moment_unit", [2.0**-996, 2.0**530, 2.0**990])

@@ -7,7 +7,7 @@ import pytest
 from kernels.compile.blocks import W, rows_of
 from kernels.flow import matrices, monodromy
 
-STEPS, LANES = 10, 8
+STEPS, LANES = 10, 6
 
 
 def segments(n, half):

@@ -3,8 +3,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from numba import njit
 
+from kernels.compile.jit import PASSED, njit
 from kernels.estimator import statuses
 from kernels.flow import oscillations
 from kernels.flow.runs import Integrator, Runs, Sampling
@@ -39,7 +39,7 @@ def _energy(S):
 @cache
 def compiled():
     """Return both kernels, compiled on first use."""
-    return njit("void(float64[::1], int64)")(_advance), njit("void(float64[::1])")(_energy)
+    return njit("void(float64[::1], int64)", **PASSED)(_advance), njit("void(float64[::1])", **PASSED)(_energy)
 
 
 def run(k, *, start=1.0, speed=0.0, intervals=64, spacing=0.4, size=1e-6, advance=None):
@@ -113,7 +113,7 @@ def test_halving_is_tried_where_the_motion_is_largest_and_scatter_is_that_of_lea
     def step(x, v, h):
         return math.cos(h) * x + math.sin(h) * v, math.cos(h) * v - math.sin(h) * x + 1e-3 * h * h * x**3
 
-    @njit("void(float64[::1], int64)")
+    @njit("void(float64[::1], int64)", **PASSED)
     def faulty(S, steps):
         for _ in range(steps):
             for lane in range(32):
@@ -152,7 +152,7 @@ def test_halving_is_tried_where_the_motion_is_largest_and_scatter_is_that_of_lea
 def test_another_mode_that_grows_ends_the_window():
     """Two modes: the perturbed mode oscillates, the second starts at a thousandth and grows."""
 
-    @njit("void(float64[::1], int64)")
+    @njit("void(float64[::1], int64)", **PASSED)
     def pair(S, steps):
         for _ in range(steps):
             for lane in range(32):
@@ -162,7 +162,7 @@ def test_another_mode_that_grows_ends_the_window():
                 S[lane], S[64 + lane] = c * x + s * v, c * v - s * x
                 S[32 + lane] *= math.exp(h)
 
-    @njit("void(float64[::1])")
+    @njit("void(float64[::1])", **PASSED)
     def still(S):
         for lane in range(32):
             S[192 + lane], S[224 + lane] = 1.0, 1.0
