@@ -2,6 +2,7 @@
 
 import numpy as np
 import precise
+from scipy.integrate import solve_ivp
 
 from kernels.flow import floquet
 
@@ -32,6 +33,22 @@ def monodromy_matrix(a, q):
         return np.concatenate([y[2:], (2 * q * np.cos(2 * t) - a) * y[:2]])
 
     return precise.extrapolate(rates, np.eye(2).reshape(4, 1), [4 * np.arctan(np.longdouble(1))], 16).reshape(2, 2)
+
+
+def solve_with_perturbations(rates, start, times, **options):
+    """Return the state at the end and the matrix of perturbations by SciPy's DOP853, of rates (t, x) → x'.
+
+    The rates are analytic in x: a step of 1e-30 in the complex plane differentiates them, and nothing is subtracted.
+    """
+    count = len(start)
+
+    def all_rates(t, y):
+        slopes = [np.imag(rates(t, y[:count] + 1e-30j * unit)) / 1e-30 for unit in np.eye(count)]
+        return np.concatenate([rates(t, y[:count]), (np.transpose(slopes) @ y[count:].reshape(count, -1)).ravel()])
+
+    begin = np.concatenate([start, np.eye(count).ravel()])
+    end = solve_ivp(all_rates, times, begin, "DOP853", rtol=1e-13, atol=1e-15, **options).y[:, -1]
+    return end[:count], end[count:].reshape(count, count)
 
 
 def check_errors(columns, is_measured):

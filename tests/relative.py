@@ -5,6 +5,8 @@ import importlib
 import described
 import numpy as np
 
+from sweeps.mechanics.model import Model
+
 RANGES = {  # name → parameter → range of its values
     "sleeping_top": {
         "I1": (0.3, 2.0),
@@ -56,6 +58,13 @@ def description_of(name):
 def points(system, eigenvalues, count, varied, seed=1, epsilon=1e-30):
     """Every equilibrium and eigenvalue at ``count`` random places of the parameters."""
     return described.points(system, "eigenvalue", eigenvalues, count, varied, seed, epsilon=epsilon)
+
+
+def theory_at(name, **values):
+    """Return theory of the first equilibrium of a shipped system at one point."""
+    model = Model(description_of(name))
+    point = {k: np.array([values.get(k, p.default)]) for k, p in model.system.parameters.items()}
+    return model.theory(point | {"equilibrium": np.array([0])})
 
 
 def _product(*factors):

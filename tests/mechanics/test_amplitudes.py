@@ -11,13 +11,6 @@ from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import _errors_of_exchange, regimes
 
 
-def at(name, **values):
-    """Theory of a relative equilibrium at one point."""
-    model = Model(relative.description_of(name))
-    point = {k: np.array([values.get(k, p.default)]) for k, p in model.system.parameters.items()}
-    return model.theory(point | {"equilibrium": np.array([0])})
-
-
 def test_a_double_pendulum_that_saturates_is_refused_or_within_its_error():
     """Upright, with a heavy lower mass: at 0.1 the fast mode saturates within the window at all three sizes."""
     system = oscillators.description_of("double_pendulum")
@@ -53,7 +46,7 @@ def test_a_double_pendulum_that_saturates_is_refused_or_within_its_error():
     ],
 )
 def test_eigenvalues_are_paired_where_the_equations_are_symmetric(name, values, has_pairs):
-    theory = at(name, **values)
+    theory = relative.theory_at(name, **values)
     assert theory["has_pairs"][0] == has_pairs
     eigenvalues = theory["eigenvalues"][0]
     distance = np.abs(eigenvalues[:, None] + eigenvalues).min(1).max() / theory["scale"][0]

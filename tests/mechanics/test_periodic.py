@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from multipliers import TRACES, VALUES, check_errors
+from multipliers import TRACES, VALUES, check_errors, solve_with_perturbations
 from scipy.integrate import solve_ivp
 
 from kernels.estimator.statuses import NO_PERIODIC_MOTION, NON_FINITE, NOT_CONVERGED, NOT_FOUND, OK
@@ -232,19 +232,14 @@ def duffing_oscillator():
 
 def test_the_base_motion_is_found_by_newtons_method():
     columns = of_model(Model(duffing_oscillator()), force=[0.3, 1.0], damping=0.2)
-
-    def rates(t, y, force):
-        x, v, *M = y
-        M = np.reshape(M, (2, 2))
-        A = np.array([[0.0, 1.0], [-1.0 - 3.0 * x * x, -0.2]])
-        return [v, -x - x**3 - 0.2 * v + force * np.cos(2 * t), *(A @ M).ravel()]
-
     for i, force in enumerate((0.3, 1.0)):
-        start = columns["x_start"][i], columns["x_dot_start"][i]
-        y = solve_ivp(rates, (0, np.pi), [*start, 1, 0, 0, 1], "DOP853", rtol=1e-13, atol=1e-15, args=(force,)).y[:, -1]
-        assert y[:2] == pytest.approx(start, abs=1e-12)
-        assert y[2] + y[5] == pytest.approx(columns["trace_theory"][i], abs=1e-11)
-        assert abs(y[2] + y[5] - columns["trace"][i]) <= columns["trace_error"][i] + 1e-11
+        start = np.array([columns["x_start"][i], columns["x_dot_start"][i]])
+        end, M = solve_with_perturbations(
+            lambda t, x, force=force: [x[1], -x[0] - x[0] ** 3 - 0.2 * x[1] + force * np.cos(2 * t)], start, (0, np.pi)
+        )
+        assert end == pytest.approx(start, abs=1e-12)
+        assert np.trace(M) == pytest.approx(columns["trace_theory"][i], abs=1e-11)
+        assert abs(np.trace(M) - columns["trace"][i]) <= columns["trace_error"][i] + 1e-11
     assert np.abs(columns["x_start"]).min() > 0.05
     assert columns["base_residual"].max() < 1e-12
     assert columns["trace_error"].max() < 1e-9
@@ -274,19 +269,15 @@ def test_a_base_motion_that_is_not_the_only_one_near_is_none():
     frequencies = np.array([0.475, 0.45, 0.375, 0.325, 0.9, 0.5])
     model, first = Model(system), np.array([0.75, 1.0, 2.0, 2.25, 1.25, 0.5])
     columns = of_model(model, w=frequencies, first=first)
-
-    def rates(t, y, w):
-        k = np.cos(y[0])
-        return [y[1], np.cos(w * t) / 1000 - np.sin(y[0]), y[3], -k * y[2], y[5], -k * y[4]]
-
     places = np.array([columns["x_start"], columns["x_dot_start"]]).T
     places[:4, 0] = 0.8964958175976823, 1.2706378595835142, 2.0124676046729761, 2.1537720437052634  # of families
     places[:4, 1] = -0.04298940336919721, 0.029801908141645579, -0.030866649518584446, 0.58261264030460025
     for i, frequency in enumerate(frequencies):
-        start = [*places[i], 1, 0, 0, 1]
-        y = solve_ivp(rates, (0, 2 * np.pi / frequency), start, "DOP853", rtol=1e-13, atol=1e-15, args=(frequency,))
-        trace, is_closed = y.y[2, -1] + y.y[5, -1], np.abs(y.y[:2, -1] - start[:2]).max() < 1e-9
-        assert is_closed, frequency
+        end, M = solve_with_perturbations(
+            lambda t, y, w=frequency: [y[1], np.cos(w * t) / 1000 - np.sin(y[0])], places[i], (0, 2 * np.pi / frequency)
+        )
+        trace = np.trace(M)
+        assert np.abs(end - places[i]).max() < 1e-9, frequency
         if i < 4:
             assert abs(trace - 2.0) < 1e-7, frequency
         else:
@@ -342,10 +333,9 @@ def test_multipliers_without_pairs_are_eigenvalues():
 
         def rates(t, y, depth=depth):
             s = depth * np.cos(2 * t)
-            A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [-1, -s, -0.2, 0], [-s, -2.6, 0, -0.06]])
-            return (A @ y.reshape(4, 4)).ravel()
+            return np.array([[0, 0, 1, 0], [0, 0, 0, 1], [-1, -s, -0.2, 0], [-s, -2.6, 0, -0.06]]) @ y
 
-        M = solve_ivp(rates, (0, np.pi), np.eye(4).ravel(), "DOP853", rtol=1e-13, atol=1e-15).y[:, -1].reshape(4, 4)
+        _, M = solve_with_perturbations(rates, np.zeros(4), (0, np.pi))
         mu = np.linalg.eigvals(M)
         mu = mu[np.lexsort((np.angle(mu), -np.round(np.log(np.abs(mu)), 9)))]
         deviation = np.abs(columns["multiplier_real"][i] + 1j * columns["multiplier_imag"][i] - mu)
@@ -515,15 +505,11 @@ def test_a_wave_that_is_rougher_than_the_motion_is_followed_to_its_errors():
     system = oscillator(lambda t, mean, depth: mean + depth * sp.tanh(10 * sp.cos(t)), mean=1.0, depth=1.0)
     means, depths = np.array([1.5375, 1.6319]), np.array([-1.4451, 0.6273])
     columns = of_model(Model(system), mean=means, depth=depths)
-
-    def rates(t, y):
-        stiffness = means + depths * np.tanh(10 * np.cos(t))
-        return np.concatenate([y[2:4], -stiffness * y[:2], y[6:], -stiffness * y[4:6]])
-
-    start = np.repeat([1.0, 0.0, 0.0, 1.0], 2)
-    y = solve_ivp(rates, (0, 2 * np.pi), start, "DOP853", rtol=1e-13, atol=1e-15, max_step=0.02).y[:, -1]
-    assert (columns["status"] == OK).all()
-    assert (np.abs(columns["trace"] - y[:2] - y[6:]) <= columns["trace_error"] + 1e-12).all()  # of SciPy, 300 steps
+    for i, (mean, depth) in enumerate(zip(means, depths, strict=True)):
+        rates = lambda t, y, p=mean, q=depth: [y[1], -(p + q * np.tanh(10 * np.cos(t))) * y[0]]  # noqa: E731
+        _, M = solve_with_perturbations(rates, np.zeros(2), (0, 2 * np.pi), max_step=0.02)
+        assert columns["status"][i] == OK
+        assert abs(columns["trace"][i] - np.trace(M)) <= columns["trace_error"][i] + 1e-12  # of SciPy, in 300 steps
     assert (columns["trace_error"] < 1e-11).all()
 
 
@@ -557,16 +543,13 @@ def test_constant_coefficients_have_a_period_too():
 @pytest.mark.slow
 def test_a_coefficient_much_faster_than_the_state_is_resolved_or_named():
     """x'' + (2 + 50 cos N t) x = 0 against DOP853; at 30,000 waves the status reports too long steps."""
-
-    def rates(t, y):
-        k = 2.0 + 50.0 * np.cos(300.0 * t)
-        return [y[1], -k * y[0], y[3], -k * y[2]]
-
     columns, none = (of_model(Model(oscillator(lambda t, n=n: 2 + 50 * sp.cos(n * t)))) for n in (300, 30_000))
-    y = solve_ivp(rates, (0, 2 * np.pi), [1, 0, 0, 1], "DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    _, M = solve_with_perturbations(
+        lambda t, y: [y[1], -(2.0 + 50.0 * np.cos(300.0 * t)) * y[0]], np.zeros(2), (0, 2 * np.pi)
+    )
     assert (columns["status"], none["status"]) == (OK, NOT_CONVERGED)
     # DOP853 makes some thousand steps of 1e-13
-    assert abs(columns["trace"][0] - y[0] - y[3]) <= columns["trace_error"][0] + 1e-10
+    assert abs(columns["trace"][0] - np.trace(M)) <= columns["trace_error"][0] + 1e-10
     assert errors_cover(columns)
 
 
@@ -655,13 +638,13 @@ def test_a_satellites_platform_may_be_nearly_symmetric(B):
 
     def rates(time, L):
         rotation = np.array([[np.cos(3 * time), np.sin(3 * time)], [-np.sin(3 * time), np.cos(3 * time)]])
-        omega = rotation.T @ np.diag(1 / (1 + np.array([2.0, B]))) @ rotation @ L.reshape(2, 2)
-        return np.array([omega[1], -omega[0]]).ravel()
+        omega = rotation.T @ np.diag(1 / (1 + np.array([2.0, B]))) @ rotation @ L
+        return np.array([omega[1], -omega[0]])
 
-    M = solve_ivp(rates, (0, 2 * np.pi / 3), np.eye(2).ravel(), "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+    _, M = solve_with_perturbations(rates, np.zeros(2), (0, 2 * np.pi / 3))
     columns = of_model(Model(system), B=B)
     assert columns["status"] == OK
-    assert abs(columns["trace"] - M[0] - M[3]) <= columns["trace_error"] + 1e-12  # of SciPy
+    assert abs(columns["trace"] - np.trace(M)) <= columns["trace_error"] + 1e-12  # of SciPy
 
 
 @pytest.mark.slow
@@ -686,16 +669,11 @@ def test_perturbations_of_two_rods_that_are_driven():
         f.append(s * x[2] ** 2 - np.sin(x[1]) - 0.2 * x[3])
         return np.array([*x[2:], (f[0] - c * f[1]) / (2 - c * c), (2 * f[1] - c * f[0]) / (2 - c * c)])
 
-    def slopes(t, y, drive):
-        h = 1e-30j  # a step in the complex plane: nothing is subtracted
-        A = np.array([rates(t, y[:4] + h * e, drive).imag / 1e-30 for e in np.eye(4)]).T
-        return [*rates(t, y[:4], drive), *(A @ y[4:].reshape(4, 4)).ravel()]
-
     for i, drive in enumerate((0.5, 2.0)):
-        start = [columns[f"{name}_start"][i] for name in names]
-        y = solve_ivp(slopes, (0, np.pi), [*start, *np.eye(4).ravel()], "DOP853", rtol=1e-13, atol=1e-15, args=(drive,))
-        assert y.y[:4, -1] == pytest.approx(start, abs=1e-11)
-        trace = np.trace(y.y[4:, -1].reshape(4, 4))
+        start = np.array([columns[f"{name}_start"][i] for name in names])
+        end, M = solve_with_perturbations(lambda t, x, drive=drive: rates(t, x, drive), start, (0, np.pi))
+        assert end == pytest.approx(start, abs=1e-11)
+        trace = np.trace(M)
         assert abs(trace - columns["trace"][i]) <= columns["trace_error"][i] + 1e-11
         assert abs(trace - columns["trace_theory"][i]) <= 1e-11
     assert columns["trace_error"].max() < 1e-9

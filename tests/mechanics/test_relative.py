@@ -206,15 +206,8 @@ def test_motions_of_all_systems_show_the_spectrum_of_books(name):
     check_measured(name)
 
 
-def at(name, **values):
-    """Theory at one point."""
-    m = model(name)
-    point = {k: np.array([values.get(k, p.default)]) for k, p in m.system.parameters.items()}
-    return m.theory(point | {"equilibrium": np.array([0])})
-
-
 def growth(name, **values):
-    return at(name, **values)["eigenvalues"].real.max()
+    return relative.theory_at(name, **values)["eigenvalues"].real.max()
 
 
 def edge(test, low, high):
@@ -229,7 +222,7 @@ def test_the_sleeping_top_wakes_at_its_threshold():
     """I3² W² = 4 I1 m g l, and beyond it the growth while turning."""
     at_rest = edge(lambda W: growth("sleeping_top", spin_rate=W) < 1e-6, 3.0, 6.0)
     assert abs(at_rest / 4.714045207910317 - 1) < 1e-6
-    eigenvalues = at("sleeping_top")["eigenvalues"][0]
+    eigenvalues = relative.theory_at("sleeping_top")["eigenvalues"][0]
     np.testing.assert_allclose(np.abs(eigenvalues.real), 1.0908712114635715, rtol=1e-12)
     np.testing.assert_allclose(np.abs(eigenvalues.imag), 2.1, rtol=1e-12)  # in the body's axes
 
@@ -425,7 +418,7 @@ def test_errors_cover_how_well_a_place_is_known(place, gap):
 
 def test_a_free_balls_equilibria_have_four_dimensions():
     """Every spin about the vertical, wherever the body's axes point: three for the vertical, one for the spin."""
-    assert at("sleeping_top", I3=1.0, moment_of_weight=0.0)["dimension"] == 4
+    assert relative.theory_at("sleeping_top", I3=1.0, moment_of_weight=0.0)["dimension"] == 4
 
 
 @pytest.mark.slow
