@@ -236,10 +236,10 @@ def modes(
         >>> round((shape[1] / shape[0]).item(), 9)  # √2
         1.414213562
     """
-    from sweeps.maps.modes import find_modes
+    from sweeps.maps.modes import select_points
 
     plot.register()
-    return find_modes(ds, along, coordinates, definition)
+    return select_points(ds, along, coordinates, definition).modes()
 
 
 def response(

@@ -21,13 +21,6 @@ if TYPE_CHECKING:
     from sweeps.points.sweep import Sweep
 
 
-def find_modes(
-    stability_map: "xr.Dataset | str | Path", along: str | None, places: Mapping[str, object], definition: str | None
-) -> "xr.Dataset":
-    """Return the modes of points of a map; see `sweeps.modes` and, for the arguments, `select_points`."""
-    return select_points(stability_map, along, places, definition).modes()
-
-
 def select_points(
     stability_map: "xr.Dataset | str | Path",
     along: str | None,
@@ -35,7 +28,7 @@ def select_points(
     definition: str | None,
     prefix: str = "",
 ) -> "MapPoints":
-    """Return the points of a map for modes.
+    """Return the points of a map for modes; see `sweeps.modes`.
 
     Args:
         stability_map: a map, or its path.
@@ -81,11 +74,6 @@ class MapPoints:
         """Refuse several values of dimensions other than the one along which modes are followed, and `over`."""
         dims = [dim for dim in self._dims if self.points.sizes[dim] > 1 and dim not in (self.along, over)]
         selection.check_places(self.points, dims, self._prefix)
-
-    def _varied(self) -> list[str]:
-        """Return the parameters of several values other than the one along which modes are followed."""
-        parameters = [dim for dim in self._dims if self.points[dim].dtype.kind == "f" and dim != self.along]
-        return [dim for dim in parameters if self.points.sizes[dim] > 1]
 
     def arguments(self) -> dict[str, np.ndarray]:
         """Return dimension → its values at the points, shape (points,); a parameter that is followed varies fastest."""
@@ -138,7 +126,8 @@ class MapPoints:
             numbers = mode_curves.follow_modes(system, arguments)
             words = f"number of the mode's curve along {self.along}; 0 if it is not known"
             dataset["curve"] = variable(numbers, words)
-            for dim in self._varied():
+            parameters = [dim for dim in self._dims if points[dim].dtype.kind == "f" and dim != self.along]
+            for dim in (dim for dim in parameters if points.sizes[dim] > 1):
                 words = f"two modes exchange their curves between this value of {dim} and the next"
                 cuts = mode_curves.find_cuts(system, arguments, numbers, dim)
                 dataset[f"cut_{dim}"] = self._dims, cuts, {"long_name": words}

@@ -60,26 +60,19 @@ def find_response(
     sizes = theory["sizes"][0, : len(names)]
     exact, measured = (response[:, : len(names)] * sizes for response in responses)
     errors, size = error[:, None] * sizes, np.abs(measured)
+    with np.errstate(all="ignore"):
+        phase_errors = np.where(errors < size, np.arcsin(errors / size), np.pi)
     columns = {
         "response_amplitude": size,
         "response_amplitude_error": errors,
         "response_amplitude_theory": np.abs(exact),
-    }
-    with np.errstate(all="ignore"):
-        phase_errors = np.where(errors < size, np.arcsin(errors / size), np.pi)
-    columns |= {
         "response_phase": np.angle(measured),
         "response_phase_error": np.where(np.isnan(size), np.nan, phase_errors),
+        "response_phase_theory": np.angle(exact),
     }
-    columns |= {"response_phase_theory": np.angle(exact)}
     coordinates = {name: coordinate for name, coordinate in points.points.coords.items() if coordinate.size == 1}
-    coordinates |= {
-        "angular_frequency": (
-            "angular_frequency",
-            numbers,
-            {"units": "rad s-1", "long_name": "angular frequency of the force"},
-        )
-    }
+    words = {"units": "rad s-1", "long_name": "angular frequency of the force"}
+    coordinates |= {"angular_frequency": ("angular_frequency", numbers, words)}
     coordinates |= {"component": names, "unit": ("component", [component.unit for component in components])}
     words = ", ".join(f"{name} = {value:g}" for name, value in force.items())
     variables = {name: (("angular_frequency", "component"), column) for name, column in columns.items()}

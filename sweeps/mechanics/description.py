@@ -35,9 +35,7 @@ from sweeps.schema.refusals import DescriptionError
 RESERVED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase", "t", "title", "system", "grid")
 MAX_LINEAR_COORDINATES = 30  # coordinates of a linear system that has matrices alone
 MAX_COORDINATES, MAX_STATES, MAX_EQUILIBRIA, MAX_BRANCHES = 10, 12, 10_000, 99
-MAX_OPERATIONS = (
-    5_000  # operations of one expression: with 2,000 deriving and compiling takes minutes, and grows with their square
-)
+MAX_OPERATIONS = 5_000  # operations of one expression: with 2,000 a derivation takes minutes, growing with the square
 
 UNIT = (  # SI units with their prefixes, and those that are used with them
     "(da|[yzafpnuµmcdhkMGTPEZY])?(m|g|s|A|K|mol|cd|rad|sr|Hz|N|Pa|J|W|C|V|F|ohm|S|Wb|T|H|L|l|eV|bar)"

@@ -16,9 +16,7 @@ from sweeps.mechanics.equilibria import runs_of
 from sweeps.mechanics.landscape import matrix_change
 
 MAX_CHUNK_POINTS = 16384  # points that are measured together, which bounds the memory
-MAX_EVEN_DERIVATIVE = (
-    1e-9  # third derivatives below this, in the system's own units, need no motion from the opposite side
-)
+MAX_EVEN_DERIVATIVE = 1e-9  # third derivatives, in units of the sizes, that need no motion from the opposite side
 MIN_SHARE = 1e-6  # share of the perturbation below which a mode's motion is rounding and the other modes' cubic terms
 
 

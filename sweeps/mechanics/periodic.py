@@ -100,10 +100,10 @@ class Variation:
         if is_part := len(self.block) < equations.n:  # the block vanishes in the base motion
             slopes = slopes.subs({equations.states[i]: 0 for i in self.block})
         J, a = slopes.subs(equations.still), [e.subs(equations.still) for e in masses]
-        odd_terms = [*(J - J.subs(phase, -phase)), *J[:, self.m :], *(e.diff(phase) for e in a)]
-        odd_terms = (
-            term_coefficients(odd_terms, (*equations.states, phase)) if self.is_second_order else [sp.Integer(1)]
-        )
+        odd_terms = [sp.Integer(1)]
+        if self.is_second_order:
+            odd_terms = [*(J - J.subs(phase, -phase)), *J[:, self.m :], *(e.diff(phase) for e in a)]
+            odd_terms = term_coefficients(odd_terms, (*equations.states, phase))
         pair_terms = pairing_conditions(equations)
         self._proofs = (
             compile_expression(equations.parameters, [equations.system.given_period, *pair_terms, *odd_terms]),
@@ -306,8 +306,7 @@ def pairing_conditions(equations: Equations) -> list[sp.Expr]:
 
     For coordinates they are factors of the velocities' terms and of the curl of the forces in addition to T and V: if
     all vanish, the forces Q(q, t) have a potential, and the equations are Hamilton's. For two states, the divergence;
-    none for
-    states that are canonical ones in disguise.
+    none for states that are canonical ones in disguise.
     """
     if equations.v:
         R = sum(equations.system.dissipation_terms)
@@ -350,11 +349,8 @@ class BaseMotions:
         self.start = np.zeros((size, model.equations.n))
         self.start[:, : places.shape[1]] = places
         self.residual, self.error, self.status = np.zeros(size), np.zeros(size), np.full(size, statuses.OK)
-        self.is_still, self.num_nodes, self.nodes = (
-            np.ones(size, dtype=bool),
-            np.ones(size, dtype=int),
-            self.start[:, None],
-        )
+        self.num_nodes, self.nodes = np.ones(size, dtype=int), self.start[:, None]
+        self.is_still = np.ones(size, dtype=bool)  # until the rates are known
         self.branch = np.array([*model.system.branches.values(), *[1] * model.system.most])[slot]
         self.period, self.has_pairs, self.is_even = model.variation.prove_symmetries(parameters)
         self._cut()
@@ -383,19 +379,12 @@ class BaseMotions:
     def _cut(self):
         """Set number and ends of the pieces between jumps, in periods, and the switches in each."""
         size = self.period.size
-        self.num_pieces, self.edges, self.switches = (
-            np.ones(size, int),
-            np.tile([0.0, 1.0], (size, 1)),
-            np.zeros((size, 1, 0)),
-        )
-        self.jumps_known = np.ones(size, bool)
+        self.edges, self.switches = np.tile([0.0, 1.0], (size, 1)), np.zeros((size, 1, 0))
+        pieces = np.ones(size, int)
         if self.model.variation.has_jumps:
             edges, self.switches, pieces = self.model.jumps.pieces(self.parameters, self.period)
-            self.edges, self.num_pieces, self.jumps_known = (
-                edges / self.period[:, None],
-                np.maximum(pieces, 1),
-                pieces > 0,
-            )
+            self.edges = edges / self.period[:, None]
+        self.num_pieces, self.jumps_known = np.maximum(pieces, 1), pieces > 0
 
     def between_jumps(self, phases, which=None) -> tuple[np.ndarray, np.ndarray | float, list]:
         """Return times over the period, their rate by the phase, and parameters, at phases, of points (default: all).
@@ -489,9 +478,8 @@ class BaseMotions:
         if not self.model.variation.has_jumps:
             return self.model.variation.rates_and_slopes(parameters, x, phases)
         first, half, means = len(parameters) - self.switches.shape[2], 0.5 / phases.size, []
-        for period_number, k in np.ndindex(
-            2, self.switches.shape[1]
-        ):  # the cell of the phase 0 begins in the last period
+        # the cell of the phase 0 begins in the last period
+        for period_number, k in np.ndindex(2, self.switches.shape[1]):
             times, begin, end = phases[:, None] + period_number, self.edges[which, k], self.edges[which, k + 1]
             share = (np.minimum(times + half, end) - np.maximum(times - half, begin)) / (2.0 * half)
             if (share > 0.0).any():
@@ -581,13 +569,11 @@ class BaseMotions:
 
     def __call__(self, phases) -> np.ndarray:
         """Return the states at phases of the period, shape (n, phases, points); (n, 1, points) if all are at rest."""
-        states_at, moving_points = np.ascontiguousarray(self.start.T)[:, None], np.flatnonzero(~self.is_still)
-        if not moving_points.size:
+        states_at = np.ascontiguousarray(self.start.T)[:, None]
+        if self.is_still.all():
             return states_at
-        states_at, moving_points = (
-            np.repeat(states_at, phases.size, axis=1),
-            moving_points[self.residual[moving_points] <= MAX_RESIDUAL],
-        )
+        states_at = np.repeat(states_at, phases.size, axis=1)
+        moving_points = np.flatnonzero(~self.is_still & (self.residual <= MAX_RESIDUAL))
         sorted_phases, index = np.unique(phases % 1.0, return_inverse=True)
         for K in np.unique(self.num_nodes[moving_points]):
             group, states = moving_points[self.num_nodes[moving_points] == K], []
@@ -638,10 +624,8 @@ class BaseMotions:
         """Number of segments of a period; 0 if there are too many, or if no motion is closed."""
         longest = np.diff(self.edges, axis=1).max(axis=1)
         angle = np.maximum(self.period * self.scale + 2.0 * np.pi, PULSE_FRACTION * self.steepness) * longest
-        count, allowed = (
-            np.ceil(angle / (MAX_SEGMENT_ANGLE * self.segment_length)),
-            [1, 2, 3, *SEGMENT_NUMBERS] if self.model.variation.has_jumps else SEGMENT_NUMBERS,
-        )
+        count = np.ceil(angle / (MAX_SEGMENT_ANGLE * self.segment_length))
+        allowed = [1, 2, 3, *SEGMENT_NUMBERS] if self.model.variation.has_jumps else SEGMENT_NUMBERS
         is_usable = np.isfinite(count) & (self.residual <= MAX_RESIDUAL) & self.jumps_known
         place = np.searchsorted(allowed, np.where(is_usable, count, np.inf))
         segments = np.array([*allowed, 0])[place] * self.num_pieces
@@ -668,10 +652,8 @@ class BaseMotions:
         lengths[first_velocity:n] *= step if first_velocity else 1.0
         for e, (_, j) in enumerate(variation.entries[still]):
             slopes[:, e] *= step * step if j < first_velocity else step
-        weights, trace = (
-            np.tile(variational.STEP_WEIGHTS, phases.size // variational.STAGES),
-            np.zeros(self.period.size),
-        )
+        weights = np.tile(variational.STEP_WEIGHTS, phases.size // variational.STAGES)
+        trace = np.zeros(self.period.size)
         weights = [(weights * factor).sum() for factor in factors.T] if factors.size else weights
         for e in (e for e, (i, j) in enumerate(variation.entries[still]) if j == i + first_velocity):
             trace += sum(w * factor[e] for w, factor in zip(weights, slopes, strict=True))
@@ -749,10 +731,8 @@ class BaseMotions:
             4 * steps // 5, 0.0 if has_jumps else round(monodromy.SECOND_PHASE * steps) / steps
         )
         later = flow.matrix if has_jumps else later
-        gap, noise = (
-            COARSE_ERROR_SHARE * floquet.largest_entry(later - coarser.matrix),
-            floquet.largest_entry(flow.error),
-        )
+        gap = COARSE_ERROR_SHARE * floquet.largest_entry(later - coarser.matrix)
+        noise = floquet.largest_entry(flow.error)
         trace_gap, determinant = np.abs(np.einsum("nii->n", flow.matrix - coarser.matrix)), np.exp(trace)
         flow.error[:] += gap[:, None, None]
         flow.widen_second(coarser)

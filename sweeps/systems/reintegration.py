@@ -27,7 +27,7 @@ def euler_coefficients(moments: np.ndarray) -> np.ndarray:
 
 
 def rates_of(equations: "Equations") -> Callable:
-    """Return (parameters, states, time) → rates of a description's equations, which SymPy writes for NumPy.
+    """Return (parameters, time, states) → rates of a description's equations, which SymPy writes for NumPy.
 
     States may be complex: a complex step differentiates the rates.
     """
@@ -37,7 +37,7 @@ def rates_of(equations: "Equations") -> Callable:
     expressions = (list(equations.f), equations.a if equations.v else 0)
     forces, mass = (sp.lambdify(arguments, e, ["scipy", "numpy"]) for e in expressions)
 
-    def rates(parameters, x, t=0.0):
+    def rates(parameters, t, x):
         """Return the time derivative of the states x; the mass matrix gives the accelerations."""
         f = np.array([complex(y) for y in forces(*parameters, *x, t)])
         if equations.v:

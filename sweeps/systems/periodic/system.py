@@ -269,16 +269,15 @@ def reference_of(system: Periodic) -> Reference:
         if not period * base.scale[0] < MAX_PERIOD_ANGLE:
             return np.nan
 
-        def jacobian(values, state, time):
+        def jacobian(values, time, state):
             """Return the derivatives of the rates by the states."""
-            return np.array([rates(values, state + step, time).imag / STEP for step in 1j * STEP * np.eye(count)]).T
+            return np.array([rates(values, time, state + step).imag / STEP for step in 1j * STEP * np.eye(count)]).T
 
         starts, _, parameters = base.between_jumps(np.arange(num_segments) / num_segments)  # they end at the jumps
         parameters = np.array([np.broadcast_to(values, (num_segments, 1))[:, 0] for values in parameters])
         for number, times in enumerate(pairwise(period * np.append(starts, 1.0))):
             node = base.nodes[0, min(number, int(base.num_nodes[0]) - 1)]
-            values = tuple(parameters[:, number])
-            functions = (partial(_at_values, function, values) for function in (rates, jacobian))
+            functions = (partial(function, tuple(parameters[:, number])) for function in (rates, jacobian))
             product = integrate_monodromy(*functions, node, product, times)[1]
         return float(np.trace(product))
 
@@ -287,11 +286,6 @@ def reference_of(system: Periodic) -> Reference:
         return trace(parameter_values, model.system.names.index(str(point["equilibrium"])))
 
     return trace_reference(of_point)
-
-
-def _at_values(function, values, time, state):
-    """Return function(values, state, time)."""
-    return function(values, state, time)
 
 
 def trace_reference(trace: Callable[[Mapping], float]) -> Reference:

@@ -196,13 +196,9 @@ class RelativeEquilibrium(Described):
 
 
 STEP = 1e-30  # complex step of a derivative, relative to the states' sizes; its square is below the rounding
-PERTURBATION = (
-    3e-5  # perturbation of a motion, relative to the states' sizes; its cube and DOP853's tolerance over it are similar
-)
+PERTURBATION = 3e-5  # deviation of a motion over the states' sizes; its cube is like DOP853's tolerance over it
 TOLERANCE = 1e-13  # relative error allowed on a motion
-MIN_SINGULAR_VALUE = (
-    1e-9  # of the gradients of the conserved quantities, relative to the largest; below, they are dependent
-)
+MIN_SINGULAR_VALUE = 1e-9  # singular value of the conserved quantities' gradients over the largest; below: dependent
 MAX_RATE = 1e-9  # rates of the states at an equilibrium, relative to the scale times the states' sizes
 JACOBIAN_ERROR, MOTION_ERROR = 1e-12, 1e-7  # errors of both methods over the scale, for a condition number of 1
 AMBIGUOUS_GAP = (1e-7, 1e-4)  # differences of imaginary parts over the scale for which their order is uncertain
@@ -255,15 +251,16 @@ class Linearised:
         nan_result = Eigenvalues(np.full(self.model.n, np.nan), np.ones(self.model.n), S, 0.0)
         if (
             not (np.isfinite(x).all() and np.isfinite(S))
-            or np.abs(self.rates(parameters, x) / sizes).max() > MAX_RATE * S
+            or np.abs(self.rates(parameters, 0.0, x) / sizes).max() > MAX_RATE * S
         ):
             return nan_result, nan_result
         basis = self._free_directions(parameters, x, sizes)
         steps = 1j * STEP * sizes * np.eye(x.size)
-        J = np.array([self.rates(parameters, x + step).imag / STEP / sizes for step in steps]).T
+        J = np.array([self.rates(parameters, 0.0, x + step).imag / STEP / sizes for step in steps]).T
         propagator = self._propagate(parameters, x, sizes, basis, 1.0 / S)
         by_matrix = _sort_eigenvalues(np.linalg.eig(basis.T @ J @ basis), S, JACOBIAN_ERROR)
-        return by_matrix, _sort_eigenvalues(_eigenvalues_of_map(basis.T @ propagator, 1.0 / S), S, MOTION_ERROR)
+        multipliers, right = np.linalg.eig(basis.T @ propagator)
+        return by_matrix, _sort_eigenvalues((np.log(multipliers.astype(complex)) * S, right), S, MOTION_ERROR)
 
     def _free_directions(self, parameters, x, sizes):
         """Return the directions that do not change the conserved quantities, in units of the sizes."""
@@ -282,17 +279,12 @@ class Linearised:
 
         def rates(_, deviations):
             states = x + deviations.reshape(starts.shape)
-            return np.array([self.rates(parameters, state) for state in states]).ravel()
+            return np.array([self.rates(parameters, 0.0, state) for state in states]).ravel()
 
         tolerances = TOLERANCE * PERTURBATION * np.tile(sizes, len(starts))
         solution = solve_ivp(rates, (0.0, duration), starts.ravel(), "DOP853", rtol=TOLERANCE, atol=tolerances)
         ends = solution.y[:, -1].reshape(starts.shape) / (PERTURBATION * sizes)
         return 0.5 * (ends[: basis.shape[1]] - ends[basis.shape[1] :]).T
-
-
-def _eigenvalues_of_map(matrix, duration):
-    values, right = np.linalg.eig(matrix)
-    return np.log(values.astype(complex)) / duration, right
 
 
 def _sort_eigenvalues(values_and_vectors, S, error):
