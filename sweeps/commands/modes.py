@@ -221,6 +221,7 @@ def add_response(commands) -> None:
 def _show_response(args):
     """Print the largest amplitudes of the response to a force, or write the response to a file."""
     import numpy as np
+    from scipy.signal import argrelmax
 
     from sweeps.maps import motion
     from sweeps.maps.response import find_response
@@ -234,9 +235,7 @@ def _show_response(args):
     response = find_response(args.map, dict(args.force), frequencies, args.coordinates, args.definition, "--")
     if _has_written(response, args, "draw_response"):
         return
-    amplitude = response["response_amplitude"].values
-    padded = np.pad(np.nan_to_num(amplitude), ((1, 1), (0, 0)), constant_values=np.inf)
-    component, place = np.nonzero(((padded[1:-1] > padded[:-2]) & (padded[1:-1] > padded[2:])).T)
+    component, place = argrelmax(np.nan_to_num(response["response_amplitude"].values.T), axis=1)
     headings = ("component", "rad s-1", "response", "error", "phase, degrees")
     table = printing.table(*headings)
     for pair in zip(component, place, strict=True):

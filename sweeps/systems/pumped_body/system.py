@@ -17,15 +17,7 @@ from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.body import AXES
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, Axes
-from sweeps.systems.periodic.system import (
-    MAX_PERIOD_ANGLE,
-    MULTIPLIER,
-    MULTIPLIERS,
-    FloquetSystem,
-    OnePeriod,
-    PeriodicDefinition,
-    trace_reference,
-)
+from sweeps.systems.periodic import system as periodic
 from sweeps.systems.reintegration import integrate_monodromy
 from sweeps.systems.system import Example, Points, Reference
 
@@ -35,7 +27,7 @@ if TYPE_CHECKING:
 
 MODULATION = (*MOMENTS, *(f"{name}{i}" for name in ("depth", "lag") for i in (1, 2, 3)))
 
-VARIABLES = MULTIPLIERS | table(
+VARIABLES = periodic.MULTIPLIERS | table(
     replace(
         bodies.TRIANGLE_MARGIN,
         long_name="least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes and the period; negative where no body can do "
@@ -77,8 +69,8 @@ _BODY_LAYOUT = bodies.layout(
 )
 LAYOUT = replace(
     _BODY_LAYOUT,
-    coordinates=_BODY_LAYOUT.coordinates | table(MULTIPLIER),
-    spare=(*_BODY_LAYOUT.spare, MULTIPLIER.name),
+    coordinates=_BODY_LAYOUT.coordinates | table(periodic.MULTIPLIER),
+    spare=(*_BODY_LAYOUT.spare, periodic.MULTIPLIER.name),
     values=_BODY_LAYOUT.values | {"multiplier": Annotated[int, integer(1, 2, "1 or 2")]},
 )
 COORDINATES = LAYOUT.coordinates
@@ -90,7 +82,7 @@ REFINEMENTS = 5  # parabolas through three phases, at an eighth of the previous 
 PumpedGrid = grid_model("PumpedGrid", PARAMETERS, __name__, RATIOS)
 
 
-class PumpedDefinition(PeriodicDefinition):
+class PumpedDefinition(periodic.PeriodicDefinition):
     """A sweep of free bodies with periodically modulated moments of inertia."""
 
     axes: Axes = Field((1, 2, 3), description=AXES)
@@ -100,7 +92,7 @@ class PumpedDefinition(PeriodicDefinition):
     grid: PumpedGrid = mapping("what is varied", PumpedGrid, required=True)
 
 
-class PumpedBody(FloquetSystem):
+class PumpedBody(periodic.FloquetSystem):
     """A free body with modulated moments, by its Floquet multipliers.
 
     Args:
@@ -109,7 +101,7 @@ class PumpedBody(FloquetSystem):
 
     name = "pumped_body"
     method_text = "direct integration of the angular momentum over one period, certified by the variational flow"
-    kernels = (*FloquetSystem.kernels, "free.triangle")
+    kernels = (*periodic.FloquetSystem.kernels, "free.triangle")
     existence = MODULATION
     compile_seconds = 14.0
     model = PumpedDefinition
@@ -133,7 +125,7 @@ class PumpedBody(FloquetSystem):
         """Return the two multipliers of a point."""
         return {"multiplier": np.array([1, 2], np.int8)}
 
-    def columns(self, points: Mapping[str, np.ndarray], integration: OnePeriod) -> dict[str, np.ndarray]:
+    def columns(self, points: Mapping[str, np.ndarray], integration: periodic.OnePeriod) -> dict[str, np.ndarray]:
         """Return the columns of the variational flow and of the measurement; see `equations`."""
         from sweeps.systems.pumped_body import equations
 
@@ -172,7 +164,7 @@ class PumpedBody(FloquetSystem):
 
     def reference(self) -> Reference:
         """Return the trace of the monodromy matrix, found again by SciPy."""
-        return trace_reference(lambda point: trace_by_scipy(point, self.inverse))
+        return periodic.trace_reference(lambda point: trace_by_scipy(point, self.inverse))
 
 
 def moments_at(points: Mapping[str, np.ndarray], phase: np.ndarray | float, inverse: bool) -> list[np.ndarray]:
@@ -224,7 +216,7 @@ def trace_by_scipy(point: Mapping[str, float], inverse: bool) -> float:
         return np.array([[0.0, along - second], [first - along, 0.0]])
 
     largest = np.abs([rates_about_axes(time) for time in np.linspace(0.0, period, 9)]).max()
-    if largest * period > MAX_PERIOD_ANGLE:
+    if largest * period > periodic.MAX_PERIOD_ANGLE:
         return math.nan
     nothing = np.empty(0)
     matrix = integrate_monodromy(lambda *arguments: nothing, slopes, nothing, np.eye(2), (0.0, period))[1]
