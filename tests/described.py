@@ -5,6 +5,8 @@ import sympy as sp
 
 from sweeps.mechanics import System
 
+T = sp.Symbol("t", real=True)  # the time of all systems
+
 
 def flow(rates, names="xyz", bounds=(-9, 9), most=None, places=(), conserved=(), **parameters):
     """Return x' = rates(x, …, parameters), states of size 1, with places and conserved quantities by name."""
@@ -19,16 +21,23 @@ def flow(rates, names="xyz", bounds=(-9, 9), most=None, places=(), conserved=(),
     return system
 
 
-def particle(
-    V, names="x", bounds=(-3, 4), *, size=None, periodic=False, places=(), most=None, follow=False, **parameters
-):
-    """Return unit masses along coordinates in a potential V(x, …, parameters), with places by name."""
-    system = System("Particle", most=most, follow=follow)
+def particle(V, names="x", bounds=(-3, 4), R=None, period=None, periodic=False, places=(), size=None, **parameters):
+    """Return unit masses along coordinates in a potential V(x, …, parameters), with places by name.
+
+    Rayleigh's function is R(velocities, parameters) and the period a number or a function of the parameters, if given.
+    `most` and `follow` are those of the System.
+    """
+    system = System("Particle", **{name: parameters.pop(name) for name in ("most", "follow") if name in parameters})
     symbols = [system.parameter(name, default=value) for name, value in parameters.items()]
     ends = bounds if isinstance(bounds, list) else [bounds] * len(names)
     q = [system.coordinate(x, "m", bounds=b, size=size, periodic=periodic) for x, b in zip(names, ends, strict=True)]
-    system.kinetic_energy(sum(system.velocity(x) ** 2 for x in q) / 2)
+    velocities = [system.velocity(x) for x in q]
+    system.kinetic_energy(sum(v**2 for v in velocities) / 2)
     system.potential(V(*q, *symbols))
+    if R:
+        system.dissipation(R(*velocities, *symbols))
+    if period:
+        system.period(period(*symbols) if callable(period) else period)
     _add_places(system, places, q, symbols)
     return system
 

@@ -9,6 +9,7 @@ from kernels.estimator.statuses import OK, PERTURBATION_TOO_LARGE, SHORT_WINDOW
 from kernels.flow import codes, flows
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import _errors_of_exchange, regimes
+from sweeps.systems.relative_equilibrium.system import REGIMES
 
 
 def test_a_double_pendulum_that_saturates_is_refused_or_within_its_error():
@@ -53,33 +54,35 @@ def test_eigenvalues_are_paired_where_the_equations_are_symmetric(name, values, 
     assert (distance < 1e-6) == has_pairs  # 1e-12 to the power of a half, if two eigenvalues meet
 
 
+SPECTRA = [  # eigenvalues, their error, and the regime without a symmetry
+    ([1j, -1j, 2j, -2j], 1e-8, "stable"),
+    ([1j, -1j, (1 + 1e-9) * 1j, (-1 - 1e-9) * 1j], 1e-8, "marginal"),  # they may have met
+    ([-1 + 1j, -1 - 1j, -2, -2], 1e-8, "asymptotically_stable"),
+    ([1, -1, 1j, -1j], 1e-8, "unstable"),
+    ([0.1 + 1j, 0.1 - 1j, -0.1 + 1j, -0.1 - 1j], 1e-8, "flutter"),
+    ([1j, -1j, 1e-9 + 2j, -2j], 1e-8, "stable"),
+    ([np.nan] * 4, 1e-8, "undetermined"),
+    # a real eigenvalue and a pair with equal real parts: the kind of growth is open, and not the growth
+    *(([0.5 - 2j, real + 1e-4, 0.5 + 2j, -1], e, word) for real, e, word in (
+        (0.4, 1e-3, "flutter"), (0.5, 1e-3, "unstable"), (0.5, 1.0, "marginal"))),
+    # two growing eigenvalues that may be a pair: two that meet within their errors may become one, and back
+    *(([*first, -1 - 1j, -1 + 1j], 1e-3, word) for first, word in (
+        ((0.5 + 1e-4j, 0.5 - 1e-4j), "unstable"), ((0.5, 0.5 + 1e-4), "unstable"), ((0.5, 0.3), "unstable"),
+        ((5e-4, 4e-4), "marginal"), ((0.5 + 2e-3j, 0.5 - 2e-3j), "flutter"))),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("values", "error", "regime"), SPECTRA)
+def test_regimes_are_those_that_errors_leave(values, error, regime):
+    values, errors = np.array([values], complex), np.full((1, 4), error)
+    assert REGIMES[1 + regimes(values.real, values.imag, errors, errors)[0]] == regime
+
+
 def test_without_the_symmetry_no_motion_is_called_stable():
     re, im = np.array([[-1e-9, -1e-9, 1e-9, 1e-9]]), np.array([[-2.0, -1.0, 1.0, 2.0]])
     error = np.full((1, 4), 1e-3)
     verdicts = [regimes(re, im, error, error, None, np.array([has_pairs]))[0] for has_pairs in (True, False)]
     assert verdicts == [codes.STABLE, codes.MARGINAL]
-
-
-def test_a_rival_of_the_other_kind_leaves_the_kind_of_growth_open_and_not_the_growth():
-    """A real eigenvalue and a pair with equal real parts, within their errors."""
-    im = np.array([[-2.0, 0.0, 2.0, 0.0]])
-    for real, error, regime in ((0.4, 1e-3, codes.FLUTTER), (0.5, 1e-3, codes.UNSTABLE), (0.5, 1.0, codes.MARGINAL)):
-        re = np.array([[0.5, real + 1e-4, 0.5, -1.0]])
-        assert regimes(re, im, *2 * (np.full((1, 4), error),))[0] == regime
-
-
-def test_two_growing_eigenvalues_that_may_be_a_pair_are_unstable():
-    """A single real eigenvalue stays real: two that meet within their errors may become a pair, and back."""
-    error = np.full((1, 4), 1e-3)
-    for first, regime in (
-        ((0.5 + 1e-4j, 0.5 - 1e-4j), codes.UNSTABLE),  # flutter within the errors
-        ((0.5, 0.5 + 1e-4), codes.UNSTABLE),
-        ((0.5, 0.3), codes.UNSTABLE),
-        ((5e-4, 4e-4), codes.MARGINAL),
-        ((0.5 + 2e-3j, 0.5 - 2e-3j), codes.FLUTTER),
-    ):
-        values = np.array([[*first, -1.0 - 1.0j, -1.0 + 1.0j]])
-        assert regimes(values.real, values.imag, error, error)[0] == regime, first
 
 
 def test_pairs_whose_discriminant_is_open_are_unstable():

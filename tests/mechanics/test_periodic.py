@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from described import T, particle
 from multipliers import TRACES, VALUES, check_errors, solve_with_perturbations
 from scipy.integrate import solve_ivp
 
@@ -36,17 +37,12 @@ def of_model(model, tolerance=1e-12, **values):
 
 def oscillator(stiffness, force=None, period=2 * sp.pi, jumps=(), **parameters):
     """Return x'' + stiffness(t, …) x = force(t, …), functions of the time and of parameters with these defaults."""
-    system = System("Oscillator")
-    symbols = [system.parameter(name, default=value) for name, value in parameters.items()]
-    x, t = system.coordinate("x", bounds=(-1, 1), size=1), system.time
-    system.kinetic_energy(system.velocity(x) ** 2 / 2)
-    system.potential(stiffness(t, *symbols) * x**2 / 2)
-    if force:
-        system.force(x, force(t, *symbols))
-    if period:
-        system.period(period)
+
+    def V(x, *symbols):
+        return stiffness(T, *symbols) * x**2 / 2 - (force(T, *symbols) * x if force else 0)
+
+    system = particle(V, bounds=(-1, 1), size=1, period=period, places={"rest": [0]}, **parameters)
     system.jump(*jumps)
-    system.equilibrium("rest", {x: 0})
     return system
 
 
@@ -219,15 +215,9 @@ def test_two_rods_resonate_at_the_sum_of_their_frequencies():
 
 def duffing_oscillator():
     """A driven, damped spring that stiffens: its periodic motion is no equilibrium, and is not known beforehand."""
-    system = System("Duffing")
-    force, c = system.parameter("force", default=0.3), system.parameter("damping", default=0.2, least=0.0)
-    x = system.coordinate("x", bounds=(-2, 2), size=1)
-    system.kinetic_energy(system.velocity(x) ** 2 / 2)
-    system.potential(x**2 / 2 + x**4 / 4 - force * x * sp.cos(2 * system.time))
-    system.dissipation(c * system.velocity(x) ** 2 / 2)
-    system.period(sp.pi)
-    system.equilibrium("small", {x: 0})
-    return system
+    settings = {"bounds": (-2, 2), "period": sp.pi, "places": {"small": [0]}, "size": 1, "force": 0.3, "damping": 0.2}
+    V = lambda x, force, damping: x**2 / 2 + x**4 / 4 - force * x * sp.cos(2 * T)  # noqa: E731
+    return particle(V, R=lambda v, force, damping: damping * v**2 / 2, **settings)
 
 
 def test_the_base_motion_is_found_by_newtons_method():
@@ -259,13 +249,9 @@ def test_a_base_motion_that_is_not_the_only_one_near_is_none():
 
     There DOP853 finds the trace 2 to its own errors, so that det(M - 1) = 0; two more are isolated.
     """
-    system = System("Weakly driven")
-    w, first = system.parameter("w", default=0.9, positive=True), system.parameter("first", default=1.25)
-    x = system.coordinate("x", "rad", bounds=(-4, 4))
-    system.kinetic_energy(system.velocity(x) ** 2 / 2)
-    system.potential(-sp.cos(x) - x * sp.cos(w * system.time) / 1000)
-    system.period(2 * sp.pi / w)
-    system.equilibrium("swinging", {x: first})
+    settings = {"bounds": (-4, 4), "period": lambda w, first: 2 * sp.pi / w, "w": 0.9, "first": 1.25}
+    V = lambda x, w, first: -sp.cos(x) - x * sp.cos(w * T) / 1000  # noqa: E731
+    system = particle(V, places={"swinging": lambda w, first: [first]}, **settings)
     frequencies = np.array([0.475, 0.45, 0.375, 0.325, 0.9, 0.5])
     model, first = Model(system), np.array([0.75, 1.0, 2.0, 2.25, 1.25, 0.5])
     columns = of_model(model, w=frequencies, first=first)
@@ -318,15 +304,9 @@ def test_a_force_that_has_a_potential_leaves_pairs():
 
 def test_multipliers_without_pairs_are_eigenvalues():
     """Two oscillators with unequal damping, coupled through a modulated spring, against DOP853 and LAPACK."""
-    system = System("Unequal damping")
-    d = system.parameter("depth", default=0.5)
-    x, y = (system.coordinate(name, bounds=(-1, 1)) for name in "xy")
-    vx, vy = system.velocity(x), system.velocity(y)
-    system.kinetic_energy((vx**2 + vy**2) / 2)
-    system.potential(x**2 / 2 + 1.3 * y**2 + d * x * y * sp.cos(2 * system.time))
-    system.dissipation(0.1 * vx**2 + 0.03 * vy**2)
-    system.period(sp.pi)
-    system.equilibrium("rest", {x: 0, y: 0})
+    settings = {"names": "xy", "bounds": (-1, 1), "period": sp.pi, "places": {"rest": [0, 0]}, "depth": 0.5}
+    V = lambda x, y, d: x**2 / 2 + 1.3 * y**2 + d * x * y * sp.cos(2 * T)  # noqa: E731
+    system = particle(V, R=lambda u, v, d: 0.1 * u**2 + 0.03 * v**2, **settings)
     depths = np.array([0.1, 0.5, 2.5])
     columns = of_model(Model(system), depth=depths)
     for i, depth in enumerate(depths):
@@ -349,18 +329,17 @@ def test_multipliers_without_pairs_are_eigenvalues():
 @pytest.fixture(scope="module")
 def leaning():
     """Mathieu's equation along two directions that lean by 0.7 rad from the coordinates, over π, with a drag."""
-    system = System("Leaning")
     c, s = sp.cos(0.7), sp.sin(0.7)
-    a, b, q, drag = (system.parameter(name, default=0.0) for name in ("a", "b", "q", "drag"))
-    x, y = (system.coordinate(name, bounds=(-1, 1)) for name in "xy")
-    vx, vy = system.velocity(x), system.velocity(y)
-    system.kinetic_energy((vx**2 + vy**2) / 2)
-    wave = 2 * q * sp.cos(2 * system.time)
-    system.potential(((a - wave) * (c * x + s * y) ** 2 + (b - wave) * (c * y - s * x) ** 2) / 2)
-    system.dissipation(drag * (vx**2 + vy**2) / 2)
-    system.period(sp.pi)
-    system.equilibrium("rest", {x: 0, y: 0})
-    return Model(system)
+
+    def V(x, y, a, b, q, drag):
+        wave = 2 * q * sp.cos(2 * T)
+        return ((a - wave) * (c * x + s * y) ** 2 + (b - wave) * (c * y - s * x) ** 2) / 2
+
+    def R(u, v, a, b, q, drag):
+        return drag * (u**2 + v**2) / 2
+
+    parameters = dict.fromkeys(("a", "b", "q", "drag"), 0.0)
+    return Model(particle(V, "xy", (-1, 1), R, sp.pi, places={"rest": [0, 0]}, **parameters))
 
 
 def test_damped_modes_that_turn_by_half_turns_keep_their_digits(leaning):
