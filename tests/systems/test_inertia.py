@@ -114,15 +114,6 @@ def test_density_unit_and_place_count_as_they_should(tmp_path):
     assert near.mass == pytest.approx(3.6e-3, rel=1e-12)
 
 
-def test_faces_that_look_inwards_are_turned_and_said(tmp_path):
-    mesh = trimesh.creation.box(EDGES)
-    mesh.invert()
-    mesh.export(tmp_path / "inside.off")
-    body = inertia.solid(tmp_path / "inside.off", mass=1.0)
-    np.testing.assert_allclose(body.principal.moments, BRICK, rtol=1e-12)
-    assert "inwards" in body.principal.notes[0]
-
-
 def test_an_open_mesh_says_how_open(tmp_path):
     mesh = trimesh.creation.box(EDGES)
     mesh.faces = mesh.faces[:-1]
@@ -168,8 +159,7 @@ def test_lengths_in_another_unit_are_doubted(tmp_path, edges, settings, unit, no
     assert notes == ((note,) if note else ())
 
 
-@pytest.mark.parametrize("size", [1e-9, 1e-7, 1.0, 1e12])
-@pytest.mark.parametrize("suffix", ["stl", "obj"])
+@pytest.mark.parametrize(("size", "suffix"), [(1e-9, "stl"), (1e12, "stl"), (1e-9, "obj"), (1e12, "obj")])
 def test_a_mesh_of_any_size_is_read(tmp_path, size, suffix):
     ball = trimesh.creation.icosphere(3, 1.0)
     expected = inertia.principal(ball.moment_inertia / ball.volume).moments  # of unit mass

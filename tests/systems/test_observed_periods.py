@@ -53,7 +53,7 @@ def ratio_of(low, middle, energy):
 @pytest.mark.parametrize("times", [1.0 + 1e-6, 1.3, 7.0])
 def test_the_energy_gives_mpmaths_ratio_back(times):
     count = 0
-    for low, middle in bodies(12):
+    for low, middle in bodies(6):
         least_ratio = tumbling.inverse(low, middle, 1.0, 1.0)["least_ratio"][:, 0]
         for k in (tumbling.SAM, tumbling.LAM):
             ratio = times * least_ratio[k]
@@ -66,7 +66,7 @@ def test_the_energy_gives_mpmaths_ratio_back(times):
             # 8 roundings of the energy, as the ratio amplifies them near the separatrix and the least wobble
             allowed = 1e-12 + 16 * 2.2e-16 / near + 16 * 2.2e-16 * energy / abs(energy - end) * (times - 1)
             assert ratio_of(low, middle, energy) == pytest.approx(ratio, rel=max(allowed, 1e-10)), (low, middle, k)
-    assert count > 12
+    assert count > 6
 
 
 @pytest.mark.parametrize("unit", [1.0, 3.0])
@@ -248,7 +248,7 @@ def motion_of(low, middle, energy):
     return np.arccos(run.y[0])
 
 
-@pytest.mark.parametrize(("mode", "energy"), [("sam", 1.03), ("sam", 1.2), ("lam", 1.3), ("lam", 2.2)])
+@pytest.mark.parametrize(("mode", "energy"), [("sam", 1.2), ("lam", 1.3)])
 def test_the_nutation_is_that_of_an_integrated_motion(mode, energy):
     angles = motion_of(0.4, 0.8, energy)
     # the extremes are missed by less than half a step of 0.01, in which an angle changes by 1e-4 near its extreme
@@ -335,9 +335,6 @@ def test_the_file_is_a_map_like_any_other(capsys, tmp_path):
     assert point["modes"]["value"] == "lam"
     assert point["energy_lam"]["value"] == pytest.approx(row["energy"], rel=1e-12)
     assert point["exclusion_sam"]["value"] > 3
-    run_command(capsys, "slice", path, "--I3", 1, "-o", tmp_path / "slice.nc")
-    run_command(capsys, "figures", path, "-o", tmp_path / "figures")
-    assert [picture_path.name for picture_path in (tmp_path / "figures").iterdir()] == ["energies.png"]
     run_command(capsys, "report", path, "-o", tmp_path / "report.html")
     checks = run_command(capsys, "verify", path, "--points", 40)
     assert "differs" not in checks

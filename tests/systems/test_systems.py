@@ -62,7 +62,8 @@ def refusal(grid, **more):
     return str(error.value)
 
 
-@pytest.mark.parametrize("name", systems.MODULES)  # described systems: test_oscillator.py
+# described systems: test_oscillator.py; those that derive their equations take seconds
+@pytest.mark.parametrize("name", repeated.but({*systems.MODULES} - {"orbit", "pumped_body"}, systems.MODULES))
 def test_a_system_says_all_that_its_map_holds(name):
     sweep, system = small(name), systems.resolve(name)
     definition = sweep.definition

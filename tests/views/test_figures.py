@@ -327,22 +327,16 @@ def test_bodies_rates_and_periods(breakdown_map):
     assert measured[0] == pytest.approx(303.741, abs=5e-4)
 
 
-@pytest.fixture(scope="module")
-def bodies():
-    return sweeps.survey("bodies")
-
-
-@pytest.fixture(scope="module")
 def forty_bodies():
-    """A map of forty bodies, every second with an observed period, from a second to years."""
+    """Return a map of forty bodies, every second with an observed period, from a second to years."""
     bodies = [{"name": f"Body {k}", "axis": 3, "ratios": {"I1": 1, "I2": 1.1 + k / 80, "I3": 1.7}} for k in range(40)]
     for k, body in enumerate(bodies[::2]):
         body["observed"] = {"period_days": 10.0 ** (k / 2 - 5), "what": "a wobble with a name that goes on and on"}
     return sweeps.survey({"bodies": bodies, "grid": {"omega0": 3.0}, "integration": {"flips": True}})
 
 
-def test_bodies_say_how_soon_they_grow_and_flip(of_bodies, breakdown_map):
-    rates = of_bodies["bodies"].axes[0]
+def test_bodies_say_how_soon_they_grow_and_flip(breakdown_map):
+    rates = figure_bodies.draw(sweeps.survey("bodies")).axes[0]
     grows, flips = (
         {round(t.xy[1]): t.get_text() for t in rates.texts if t.get_gid() == gid} for gid in ("e-fold", "flip")
     )
@@ -357,19 +351,10 @@ def test_bodies_say_how_soon_they_grow_and_flip(of_bodies, breakdown_map):
     ]  # not followed there
 
 
-@pytest.fixture(scope="module")
-def of_bodies(bodies, forty_bodies):
-    """Pictures of bodies, few and many, laid out."""
-    with matplotlib.rc_context(sheets.STYLE):
-        figures = {"bodies": figure_bodies.draw(bodies), "many": figure_bodies.draw(forty_bodies)}
-        for figure in figures.values():
-            figure.draw_without_rendering()
-    return figures
-
-
 @pytest.mark.slow
-def test_many_bodies_fit_a_page(of_bodies):
-    figure = of_bodies["many"]
+def test_many_bodies_fit_a_page():
+    figure = figure_bodies.draw(forty_bodies())
+    figure.draw_without_rendering()
     assert figure.get_size_inches()[1] < 17
     rates, periods = figure.axes
     assert len(rates.get_yticks()) <= figure_bodies.MAX_BODIES

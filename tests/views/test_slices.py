@@ -119,7 +119,7 @@ def draw_all_of(ds):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MAPS)
 def test_every_picture_of_a_random_slice_is_drawn_or_refused_in_words(maps, name):
-    for selection in choices(maps(name), 8):
+    for selection in choices(maps(name), 4):
         draw_all_of(maps(name).isel(selection))
 
 
@@ -169,7 +169,7 @@ def test_a_point_has_a_summary(maps):
 
 
 @pytest.mark.parametrize("name", ["rigid_body", pytest.param("pendulum", marks=pytest.mark.slow)])
-def test_pictures_of_a_file_that_slice_wrote(maps, name, tmp_path, capsys):
+def test_pictures_of_a_file_that_slice_wrote(maps, name, tmp_path):
     storage.write_map(maps(name), tmp_path / "map.nc")
     ds = maps(name)
     long = [dim for dim in ds["status"].dims if ds.sizes[dim] > 1]
@@ -177,8 +177,6 @@ def test_pictures_of_a_file_that_slice_wrote(maps, name, tmp_path, capsys):
     assert main(["slice", str(tmp_path / "map.nc"), *place, "-o", str(tmp_path / "slice.nc")]) == 0
     with netCDF4.Dataset(tmp_path / "slice.nc") as file:
         assert len(file["status"].dimensions) == 2
-    only = ["--only", next(iter(figures.pictures(ds)))]
-    assert main(["figures", str(tmp_path / "slice.nc"), "-o", str(tmp_path / "figures"), *only]) == 0, (
-        capsys.readouterr()
-    )
-    assert list((tmp_path / "figures").glob("*.png"))
+    with sweeps.open_map(tmp_path / "slice.nc") as cut_ds:
+        (picture,) = figures.draw_all(cut_ds, tmp_path / "figures", only=[next(iter(figures.pictures(ds)))])
+    assert picture.stat().st_size > 10_000  # bytes of PNG
