@@ -1,7 +1,8 @@
-"""Free rotations in 60 digits, by two closed forms and a Taylor series: makes the check cases that ship.
+"""Free rotations in 60 digits, by closed forms and a Taylor series: makes the check cases that ship.
 
-`PYTHONPATH=. python tests/check_cases.py` writes `sweeps/systems/rigid_body/check_cases.nc` in a few minutes. All
-three ways begin at exact decimals and share no formula but Euler's equations; rows are written if they agree to 1e-40.
+`PYTHONPATH=. python tests/check_cases.py` writes `sweeps/systems/rigid_body/check_cases.nc` in a few minutes. All ways,
+three for different moments, else two, begin at exact decimals and share no formula but Euler's equations; rows are
+written if they agree to 1e-40.
 
 Signs: J w' = (J w) x w with moments J, q' = q (0, w)/2, q scalar first, from the body to space. Of the principal axes,
 s is the intermediate one, d that which the angular momentum encircles, c the third; m1 = 1 - m.
@@ -208,7 +209,7 @@ def turned(vector, t):
     return [mp.cos(size * t / 2), *(mp.sin(size * t / 2) * x / size for x in vector)]
 
 
-def two_turns(J, w0, times, _):
+def two_turns(J, w0, times):
     """Rows of a body with two equal moments, or three: a turn about L, then one about the axis of symmetry."""
     a = next((i for i in range(3) if [J[j] for j in range(3)].count(J[i]) == 1), 0)
     b, c = (a + 1) % 3, (a + 2) % 3
@@ -222,36 +223,6 @@ def two_turns(J, w0, times, _):
         w[b] = w0[b] * mp.cos(slip * t) - w0[c] * mp.sin(slip * t)
         w[c] = w0[c] * mp.cos(slip * t) + w0[b] * mp.sin(slip * t)
         rows.append([*q, *w])
-    return rows
-
-
-def euler_angles(J, w0, times, _):
-    """The same by precession, nutation and proper spin, as a matrix."""
-    a = next((i for i in range(3) if [J[j] for j in range(3)].count(J[i]) == 1), 0)
-    b, c = (a + 1) % 3, (a + 2) % 3
-    L = [J[i] * w0[i] for i in range(3)]
-    size = mp.norm(L)
-    tilt, proper = mp.acos(L[a] / size), mp.atan2(L[b], L[c])
-    precession, spin = size / J[b], w0[a] - size / J[b] * mp.cos(tilt)
-
-    def matrix(phi, psi):
-        cf, sf, ct, st, cp, sp = mp.cos(phi), mp.sin(phi), mp.cos(tilt), mp.sin(tilt), mp.cos(psi), mp.sin(psi)
-        return [[cf * cp - sf * ct * sp, -cf * sp - sf * ct * cp, sf * st],
-                [sf * cp + cf * ct * sp, -sf * sp + cf * ct * cp, -cf * st],
-                [st * sp, st * cp, ct]]  # fmt: skip
-
-    first, order, rows = matrix(mp.mpf(0), proper), (b, c, a), []
-    for t in times:
-        psi = proper + spin * t
-        now = matrix(precession * t, psi)
-        R = [[mp.mpf(0)] * 3 for _ in range(3)]
-        for i in range(3):
-            for j in range(3):
-                R[order[i]][order[j]] = sum(first[k][i] * now[k][j] for k in range(3))
-        w = [mp.mpf(0)] * 3
-        w[a] = w0[a]
-        w[b], w[c] = size * mp.sin(tilt) * mp.sin(psi) / J[b], size * mp.sin(tilt) * mp.cos(psi) / J[c]
-        rows.append([*quaternion(R), *w])
     return rows
 
 
@@ -298,9 +269,9 @@ def _taylor_step(state, k, h, bits=240):
 
 
 def closed_forms(case):
-    """Two closed forms of a case: functions of moments, start and times."""
+    """The closed forms of a case, functions of moments, start and times: two for three different moments."""
     if len(set(case.moments)) < 3:
-        return (lambda *start: two_turns(*start, "")), (lambda *start: euler_angles(*start, ""))
+        return (two_turns,)
     names = ("azimuth_by_third_kind", "azimuth_by_theta_functions")
     return tuple((lambda *start, name=name: closed_form(*start, name)) for name in names)
 
@@ -322,7 +293,7 @@ def times_of(case):
 
 
 def make(case, stride=1):
-    """Rows of a case in mpmath's numbers, q continuous, w in the case's unit; refused if three ways do not agree.
+    """Rows of a case in mpmath's numbers, q continuous, w in the case's unit; refused if the ways do not agree.
 
     The Taylor series makes all rows; the closed forms are compared with each stride-th one.
     """

@@ -119,7 +119,7 @@ def make(work: Path, say: Callable[[str], None]) -> dict[str, tuple[str, str]]:
     return contents
 
 
-def pages(contents: Mapping[str, tuple[str, str]] = {}) -> dict[str, str]:
+def pages(contents: Mapping[str, tuple[str, str]]) -> dict[str, str]:
     """Return name → text of the page of cards, and of the page of each sweep; `contents` are of `make`."""
     texts, grids = {}, []
     for topic, entries in TOPICS.items():
@@ -128,7 +128,7 @@ def pages(contents: Mapping[str, tuple[str, str]] = {}) -> dict[str, str]:
             text = file_text(catalogue.shipped_files()[name])
             title = plain(read_text(text)).get("title", name)
             badges = " ".join(f"{{bdg-secondary-line}}`{tag}`" for tag in entries[name]["tags"])
-            card, sentence = contents.get(name, (f"{name}.png", title))
+            card, sentence = contents[name]
             words = {"story": story(text), "sentence": f"{sentence}." if sentence else f"{title}."}
             fields = {field: re.sub(r"([*_<>$])", r"\\\1", value) for field, value in words.items()} | {"card": card}
             fields |= {"name": name, "title": title, "badges": badges, "topic": topic}

@@ -31,7 +31,7 @@ INCLUDED = {  # files of the repository that the handbook includes
 }
 
 
-def write(folder: Path, work: Path, contents: Mapping[str, tuple[str, str]] = {}) -> None:
+def write(folder: Path, work: Path, contents: Mapping[str, tuple[str, str]]) -> None:
     """Write all generated pages below a folder of pages, and the gallery's pictures and reports from `work`.
 
     `contents` are those of `gallery.make`.
@@ -48,7 +48,7 @@ def write(folder: Path, work: Path, contents: Mapping[str, tuple[str, str]] = {}
     (folder / "gallery/definitions").mkdir()
     for name, path in catalogue.shipped_files().items():
         shutil.copy2(path, folder / "gallery/definitions")
-        for picture in {f"{name}.png", contents.get(name, (f"{name}.png", ""))[0]}:
+        for picture in {f"{name}.png", contents[name][0]}:
             shutil.copy2(work / "gallery" / picture, folder / "gallery")
     shutil.copytree(work / "extra", folder / "extra")
 

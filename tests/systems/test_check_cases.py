@@ -152,7 +152,7 @@ def test_cases_are_written_all_or_not_at_all(tmp_path, monkeypatch, capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SOME)
 def test_every_row_is_made_again(name, shipped):
-    """All 1,001 rows by a Taylor series, with which two closed forms agree to 40 digits at each 50th row."""
+    """All 1,001 rows by a Taylor series, with which the closed forms agree to 40 digits at each 50th row."""
     rows, apart = made.make(CASES[name], stride=50)
     assert apart < 1e-40
     np.testing.assert_array_equal(np.array(rows, dtype=np.float64), values(shipped[name]))

@@ -53,34 +53,20 @@ def test_signed_rate_by_hand():
 # The power law
 
 
-@pytest.mark.parametrize("exponent", [2.0, 1.5, -1.0])
-def test_power_law_finds_the_exponent(exponent):
-    y = 1e-6 * (EPSILON / 1e-4) ** exponent
-    slope, stderr, n = fits.power_law(EPSILON, y)
-    assert slope == pytest.approx(exponent, abs=1e-12)  # rounding of 60 logarithms
-    assert stderr < 1e-12
-    assert n == np.count_nonzero((y >= 1e-11) & (y <= 1e-2))
-
-
 def test_power_law_against_scipy():
     rng = np.random.default_rng(11)
     y = 0.3 * EPSILON**2 * np.exp(rng.normal(0, 0.2, EPSILON.size))
     inside = (y >= 1e-11) & (y <= 1e-2)
+    assert inside.sum() < EPSILON.size
     reference = scipy.stats.linregress(np.log(EPSILON[inside]), np.log(y[inside]))
-    slope, stderr, n = fits.power_law(EPSILON, y)
-    # the same sums in another order
-    assert (slope, stderr) == pytest.approx((reference.slope, reference.stderr), rel=1e-10)
-    assert n == inside.sum() < EPSILON.size
+    assert fits.power_law(EPSILON, y, 1e-11) == pytest.approx(reference.slope, rel=1e-10)  # sums in another order
 
 
 def test_power_law_wants_enough_points():
     y = 0.3 * EPSILON**2
     y[(y >= 1e-11) & (y <= 1e-2)] = np.nan
     y[[25, 35, 45]] = 1e-5
-    slope, stderr, n = fits.power_law(EPSILON, y)
-    assert math.isnan(slope)
-    assert math.isnan(stderr)
-    assert n == 3
+    assert math.isnan(fits.power_law(EPSILON, y, 1e-11))
 
 
 def test_floor_is_ten_times_what_the_least_nudges_show_or_their_error():
@@ -118,7 +104,6 @@ def test_breakdown_leaves_out_what_is_not_ok():
 def test_breakdown_needs_a_theory():
     fit = fits.fit_breakdown(synthetic(0.4 * EPSILON**2, theory=0.0))
     assert np.isnan(fit.slope).all()
-    assert int(fit.fitted[0, 0]) == 0
 
 
 def test_shipped_bodies_leave_theory_as_the_square_of_the_nudge(breakdown_map):

@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 import sweeps
 from sweeps.__main__ import main
 from sweeps.schema.refusals import DefinitionError
-from sweeps.systems.rigid_body.rotation_mode import describe_rotation
 
 OMEGAS = ("omega1", "omega2", "omega3")
 QUATERNION = ("q0", "q1", "q2", "q3")
@@ -160,6 +159,9 @@ def test_the_command_answers_for_a_spin_about_any_direction(capsys):
     separatrix = sweeps.body([1.0, 2.0, 3.0], omega=[math.sqrt(3.0), 1.0, 1.0])
     assert "on the separatrix" in str(separatrix)
     assert "no period" in str(separatrix)
+    _, (title, text) = sweeps.body([1.0, 2.0, 3.0], omega=[2.0, 0.1, 0.2]).tables[0][1]
+    assert title == "ω = (2, 0.1, 0.2) rad s⁻¹, principal axes of the body"
+    assert text.startswith("long-axis mode: ω at most")
 
 
 def test_the_command_names_the_frame_of_a_motion(tmp_path, capsys):
@@ -191,18 +193,3 @@ def test_the_command_names_the_frame_of_a_motion(tmp_path, capsys):
 def test_refusals(call, wrong):
     with pytest.raises(DefinitionError, match=wrong):
         call()
-
-
-def test_words_of_a_long_axis_mode():
-    title, text = describe_rotation_of([1.0, 2.0, 3.0], [2.0, 0.1, 0.2])
-    assert title == "ω = (2, 0.1, 0.2) rad s⁻¹, principal axes of the body"
-    assert text.startswith("long-axis mode: ω at most")
-
-
-def describe_rotation_of(body, omega):
-    """Return the words of a rotation."""
-    from sweeps.points import catalogue
-    from sweeps.systems.rigid_body import rotation_mode, spin_outcomes
-
-    nominal, _ = spin_outcomes.body_of(body, "bodies", {}, catalogue.load_definition)
-    return describe_rotation(rotation_mode.predict_rotation(nominal, omega))

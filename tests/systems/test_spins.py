@@ -7,6 +7,7 @@ import pytest
 from calls import python
 from scipy.integrate import solve_ivp
 
+import sweeps
 from kernels.compile import jit
 from sweeps.systems.bodies.variables import VERDICTS
 from sweeps.systems.motion import format_span
@@ -49,6 +50,12 @@ def test_the_flip_period_is_that_of_scipy(omega0, epsilon):
     assert spin.flip_period == pytest.approx(second - first, rel=1e-8)
     assert spin.flip_period == pytest.approx(third - second, rel=1e-8)
     assert spin.max_tilt > 90
+
+
+def test_angles_are_given_to_machines_in_rad():
+    tilts = [axis["max_tilt"] for axis in sweeps.body("racket").facts["axes"]]
+    assert tilts[1] == pytest.approx(math.pi, rel=1e-5)  # it flips
+    assert max(tilts[0], tilts[2]) < 1e-5
 
 
 def test_times_of_linear_theory_are_those_of_mpmath():
@@ -183,6 +190,7 @@ found = [[asdict(spin) for spin in predict_spins(body, *asked)] for body in BODI
 """
 PLAIN = """
 import json, sys
+import sweeps
 from kernels.compile import jit
 assert jit.leave_out_compiler()
 """

@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 
 import numpy as np
 import pytest
@@ -11,12 +10,10 @@ import scipy
 import sweeps
 from kernels.free import exact, linear
 from sweeps.__main__ import main
-from sweeps.maps import dataset, storage, verify
+from sweeps.maps import storage, verify
 from sweeps.points.loading import read_sweep
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import DefinitionError
-from sweeps.shards import content_hash, merging
-from sweeps.shards import shard as shards
 from sweeps.systems.uncertain_bodies import designs, measuring, possible
 from sweeps.systems.uncertain_bodies.distribution import Distribution, relative_covariance
 from sweeps.systems.uncertain_bodies.system import UncertainIntegration
@@ -317,27 +314,6 @@ def test_uncertainty_from_python_is_the_map_of_its_definition():
     assert point["sensitivity_total"].sel(input="I1") < point["sensitivity_total"].sel(input="I3")
     assert point.attrs["system"] == "uncertain_bodies"
     assert int(point["draws"]) == 64
-
-
-@pytest.mark.slow
-def test_a_seed_is_the_same_bits_in_shards_chunks_and_after_a_kill(tmp_path):
-    bodies = [{"name": "moments", "I1": 0.3, "I2": 0.9, "I3": 1.0}, {"name": "tensor", "tensor": TENSOR.tolist()}]
-    uncertainty = {"inertia": "5 %", "omega0": "1 %", "phase": "any"}
-    settings = {"draws": 64, "seed": 3, "twist": True, "keep": True, "axes": [2]}
-    sweep = read_sweep(
-        {"bodies": bodies, "uncertainty": uncertainty, "grid": {"omega0": [1.0, -2.0, 3.0, 0.1]}} | settings
-    )
-    expected = content_hash.content_hash(dataset.survey_grid(sweep, threads=2))
-    for count in (1, 3, 7):
-        paths = [tmp_path / f"{number}-of-{count}.nc" for number in range(1, count + 1)]
-        for number, path in enumerate(paths, 1):
-            shards.write_shard(sweep, number, count, path, threads=number % 3)
-        assert merging.merge_shards(sweep, paths, tmp_path / "map.nc") == expected
-    os.truncate(paths[2], paths[2].stat().st_size // 2)  # the worst remainder of a kill; it is measured again
-    paths[5].unlink()
-    shards.write_shard(sweep, 6, 7, paths[5])
-    assert merging.merge_shards(sweep, paths, tmp_path / "map.nc") == expected
-    assert content_hash.content_hash(dataset.survey_grid(sweep, chunks=3)) == expected  # by Dask
 
 
 def test_verify_finds_the_draws_again(tmp_path):

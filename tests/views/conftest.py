@@ -3,26 +3,25 @@
 import shutil
 
 import pytest
-from report_pages import PLANE, UNCERTAIN, ReportTab
+from report_pages import ReportTab, map_of
 
-import sweeps
 from sweeps.maps.storage import open_map, write_map
 from sweeps.views import report
 
 
 @pytest.fixture(scope="session")
 def plane():
-    return sweeps.survey(PLANE)
+    return map_of("plane")
 
 
 @pytest.fixture(scope="session")
 def breakdown_map():
-    return sweeps.survey("breakdown")
+    return map_of("bodies")
 
 
 @pytest.fixture(scope="session")
 def uncertain():
-    return sweeps.survey(UNCERTAIN)
+    return map_of("uncertain")
 
 
 @pytest.fixture(scope="session")
@@ -83,7 +82,7 @@ def tab(shared, plane_path):
             document.activeElement.blur();
             if (polhode.motion.player.playing) document.getElementById("play").click();
             polhode.choose(first);
-            document.querySelector('#map [data-title="Reset axes"]').click();
+            for (const name of ["Zoom", "Reset axes"]) document.querySelector(`#map [data-title="${name}"]`).click();
             scrollTo(0, 0);
         }""",
         shared.first,
@@ -94,22 +93,9 @@ def tab(shared, plane_path):
     assert {url.split("#")[0] for url in shared.requests} == {plane_path.as_uri()}
 
 
-SHAPES = {
-    "axes": [1, 2],
-    "grid": {
-        "ratios": {
-            "I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 9},
-            "thickness": {"start": 0.1, "stop": 0.9, "num": 9},
-        },
-        "I3": [1.0, 2.0],
-        "omega0": 1.0,
-    },
-}
-
-
 @pytest.fixture(scope="session")
 def shapes():
-    return sweeps.survey(SHAPES)
+    return map_of("shapes")
 
 
 @pytest.fixture(scope="session")

@@ -3,10 +3,13 @@
 import json
 import math
 import re
+from functools import cache
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
+import sweeps
 from sweeps.views import report
 
 HOSTILE = "</script><script>globalThis.hostile = 1</script><img src=x onerror='globalThis.hostile = 1'>"
@@ -25,12 +28,44 @@ PLANE = {
 }
 
 
-UNCERTAIN = {
-    "bodies": [{"name": "a_box", "I1": 1.0, "I2": 2.0, "I3": 2.5, "uncertainty": "10 %"}],
-    "draws": 100,
-    "grid": {"omega0": 0.1},
-    "keep": True,
+TENTHS = {"start": 0.1, "stop": 0.9, "num": 9}
+LINK = "<a href='https://example.org/'>%s</a>"
+KINDS = {  # kind of page → definition of its map
+    "plane": PLANE,
+    "curve": PLANE | {"grid": {"I1": [0.5, 0.6, 0.7], "I2": 1.0, "I3": 0.9, "omega0": 2.0}},
+    "bodies": "breakdown",
+    "oscillators": {"system": "double_pendulum", "grid": {"mass2": [0.5, 1.0, 2.0], "length2": [0.5, 1.0]}},
+    "equilibria": {"system": "sleeping_top", "grid": {"moment_of_weight": [1, 2, 4], "spin_rate": [1, 2, 3, 4]}},
+    "uncertain": {
+        "bodies": [{"name": "a_box", "I1": 1.0, "I2": 2.0, "I3": 2.5, "uncertainty": "10 %"}],
+        "draws": 100,
+        "grid": {"omega0": 0.1},
+        "keep": True,
+    },
+    "points": {
+        "axes": [1, 2],
+        "grid": {
+            "ratios": {"I1_over_I3": {"start": 0.3, "stop": 0.9}, "thickness": {"start": 0.2, "stop": 0.7}},
+            "omega0": 1.0,
+        },
+        "sample": {"num": 6},
+    },
+    "orbit": {"system": "orbit", "grid": {"k1": [0.3, 0.5], "k3": 0.2, "eccentricity": [0.0, 0.1]}},
+    "shapes": {
+        "axes": [1, 2],
+        "grid": {"ratios": {"I1_over_I3": TENTHS, "thickness": TENTHS}, "I3": [1.0, 2.0], "omega0": 1.0},
+    },
 }
+
+
+@cache
+def map_of(kind):
+    """Return the map of a kind of page; that of "names" no system made, and Plotly could read its names as links."""
+    if kind != "names":
+        return sweeps.survey(KINDS[kind])
+    values = (tuple(LINK % name for name in "xy"), np.arange(6.0).reshape(2, 3))
+    axes = {LINK % "x": [1.0, 2.0], LINK % "y": [1.0, 2.0, 3.0]}
+    return xr.Dataset({LINK % "z": values}, axes, {"system": "tumbling"})
 
 
 def write_report(ds, path, **options):

@@ -62,11 +62,6 @@ def stability(racket):
     return draw
 
 
-@pytest.fixture(scope="module")
-def breakdown_map():
-    return sweeps.survey("breakdown")
-
-
 @pytest.fixture(autouse=True)
 def use_style():
     with matplotlib.rc_context(sheets.STYLE):

@@ -1,6 +1,5 @@
 """Motions on a report's page, in a browser if there is one, against SciPy, mpmath and the closed form."""
 
-import json
 import math
 import re
 
@@ -316,31 +315,20 @@ BODIES = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
-def test_rotations_of_the_page_against_direct_integration(tab, name):
+def test_rotations_and_attitudes_of_the_page_are_the_closed_form(tab, name):
     moments, start = BODIES[name]
-    times = np.linspace(0.0, 15.0, 7) / np.linalg.norm(start)
-    rates = tab.page.evaluate(
-        "([I, w, times]) => { const one = new polhode.Trajectory(I, w); return times.map((t) => one.at(t)); }",
-        [moments, start, times.tolist()],
-    )
-    expected = direct.rotation(moments, start, times, 1e-13)
-    # the direct solution's own tolerance, grown by up to e^(0.6·15) about the middle axis
-    np.testing.assert_allclose(rates, expected, atol=1e-9 * np.linalg.norm(start))
-    np.testing.assert_allclose(rates, exact.rotation(moments, start, times), atol=1e-13 * np.linalg.norm(start))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", BODIES)
-def test_attitudes_of_the_page_are_the_closed_form(tab, name):
-    moments, start = BODIES[name]
-    times = np.linspace(-9.0, 200.0, 12) / np.linalg.norm(start)
-    quaternions = tab.page.evaluate(
+    speed = np.linalg.norm(start)
+    times = np.concatenate([np.linspace(0.0, 15.0, 7), np.linspace(-9.0, 200.0, 12)]) / speed
+    rates, quaternions = tab.page.evaluate(
         """([I, w, times]) => {
-            const one = new polhode.Attitude(new polhode.Trajectory(I, w));
-            return [one.at(0), ...times.map((t) => one.at(t))];
+            const one = new polhode.Trajectory(I, w), attitude = new polhode.Attitude(one);
+            return [times.map((t) => one.at(t)), [0, ...times].map((t) => attitude.at(t))];
         }""",
         [moments, start, times.tolist()],
     )
+    # the direct solution's own tolerance, grown by up to e^(0.6·15) about the middle axis
+    np.testing.assert_allclose(rates[:7], direct.rotation(moments, start, times[:7], 1e-13), atol=1e-9 * speed)
+    np.testing.assert_allclose(rates[:7], exact.rotation(moments, start, times[:7]), atol=1e-13 * speed)
     first, *attitudes = (Rotation.from_quat(q, scalar_first=True) for q in quaternions)
     L = np.multiply(moments, start)
     np.testing.assert_allclose(first.apply(L / np.linalg.norm(L)), [0, 0, 1], atol=1e-14)
@@ -348,50 +336,7 @@ def test_attitudes_of_the_page_are_the_closed_form(tab, name):
         assert (q.inv() * first * Rotation.from_quat(expected, scalar_first=True)).magnitude() <= 1e-10
 
 
-@pytest.mark.slow
-def test_any_body_is_shown_at_once_with_the_numbers_of_the_command(visit, shapes_path, capsys):
-    page = visit(shapes_path).page
-    moments = [1.0, 2.0, 2.5]
-    assert main(["body", "--moments", *map(str, moments), "--omega0", "10", "--epsilon", "0.01", "--json"]) == 0
-    spins = json.loads(capsys.readouterr().out)["axes"]
-    milliseconds = page.evaluate(
-        """(moments) => {
-            polhode.choose({ spin: 10, epsilon: 0.01 });
-            const begun = performance.now();
-            moments.forEach((I, i) => (document.getElementById(`own-I${i + 1}`).value = String(I)));
-            document.getElementById("own-I3").dispatchEvent(new Event("input"));
-            document.body.getBoundingClientRect();
-            return performance.now() - begun;
-        }""",
-        moments,
-    )
-    print(f"a typed body is shown in {milliseconds:.0f} ms")
-    assert "nothing is measured here" in page.locator("#row-where").inner_text()
-    for axis, spin in enumerate(spins, start=1):
-        outcome = page.evaluate("(more) => polhode.axisOutcome(...more)", [moments, axis, 10, 0.01, 0.6])
-        linear = 1 / outcome["rate"] if outcome["square"] < 0 else 2 * math.pi / outcome["rate"]
-        assert linear == pytest.approx(spin["e_folding_time"] or spin["euler_period"], rel=1e-6)
-        if spin["flip_period"]:
-            assert outcome["period"] == pytest.approx(spin["flip_period"], rel=1e-6)
-        sentence = page.locator(f"#outcome-{axis}").text_content()
-        assert ("unstable" in sentence) == (axis == 2)
-        assert parsed(re.search(r"(?:wobble period|e-fold in) ([\d.]+)", sentence)[1]) == pytest.approx(
-            linear, rel=1e-5
-        )
-    page.locator("#own-I1").fill("9")
-    assert "greater than the sum of the others" in page.locator("#own-notice").inner_text()
-    assert page.evaluate("polhode.state.moments") == moments
-
-
-SPUN = [
-    (1.0, 1.0, 0.5),
-    (1.0, 1.0, 1.5),
-    (1.0, 2.0, 2.5),
-    (2.5, 1.0, 2.0),
-    (2.0, 2.0, 2.0),
-    (1.5, 1.0, 1.0),
-    (1.0, 1.9, 2.0),
-]
+SPUN = [(1.0, 1.0, 0.5), (1.0, 1.0, 1.5), (1.0, 2.0, 2.5), (2.5, 1.0, 2.0), (2.0, 2.0, 2.0), (1.0, 1.9, 2.0)]
 
 
 @pytest.mark.slow
@@ -402,6 +347,11 @@ def test_the_page_words_each_spin_as_the_command_does(visit, plane_path):
             verdict = VERDICTS[spin.regime]
             outcome = page.evaluate("(more) => polhode.axisOutcome(...more)", [moments, spin.axis, 10.0, epsilon, 0.6])
             assert outcome["regime"] == spin.regime
+            if linear := spin.e_folding_time or spin.euler_period:
+                times_two_pi = 1 if spin.e_folding_time else 2 * math.pi
+                assert times_two_pi / outcome["rate"] == pytest.approx(linear, rel=1e-12)  # roundings
+            if spin.flip_period:
+                assert outcome["period"] == pytest.approx(spin.flip_period, rel=1e-12)
             assert outcome["words"].startswith(f"{verdict.words}: ")
             assert verdict.more in outcome["words"]
             assert bool(outcome["flips"]) == (spin.flip_period is not None)

@@ -3,14 +3,17 @@ r"""Signed rates, fits of deviations from theory to a power law in ε, and obser
 import math
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.datasets import Dataset
 from sweeps.systems.motion import DAY
+
+if TYPE_CHECKING:
+    from sweeps.systems.rigid_body.system import Observed
 
 # Smaller deviations are those of rounding and integration, larger deviations have contributions of higher order.
 MIN_FIT_DEVIATION, MAX_FIT_DEVIATION = 1e-11, 1e-2
@@ -27,25 +30,20 @@ def signed_rate(omega_squared, omega0):
 # -- the power law of the deviation in epsilon
 
 
-def power_law(x, y, low: float = MIN_FIT_DEVIATION, high: float = MAX_FIT_DEVIATION) -> tuple[float, float, int]:
-    r"""Fit the exponent of y ∝ x^p by least squares of ln y against ln x, over the points with `low` ≤ y ≤ `high`.
+def power_law(x, y, low: float) -> float:
+    r"""Return the exponent p of y ∝ x^p by least squares of ln y against ln x, over `low` ≤ y ≤ `MAX_FIT_DEVIATION`.
+
+    The result is NaN below `MIN_FIT_POINTS` points.
 
     Args:
         x: positive numbers, shape (n,).
         y: positive numbers, shape (n,).
-        low: lower bound of y.
-        high: upper bound of y.
-
-    Returns:
-        (p, its standard error, number of points fitted); p and its error are NaN below `MIN_FIT_POINTS` points.
+        low: lower bound of y, > 0.
     """
-    x, y = np.asarray(x, float), np.asarray(y, float)
-    in_range = (y >= low) & (y <= high) & (y > 0) & (x > 0)
-    n = int(np.count_nonzero(in_range))
-    if n < MIN_FIT_POINTS:
-        return math.nan, math.nan, n
-    (slope, _), covariance = np.polyfit(np.log(x[in_range]), np.log(y[in_range]), 1, cov=True)
-    return float(slope), math.sqrt(covariance[0, 0]), n
+    in_range = (y >= low) & (y <= MAX_FIT_DEVIATION)
+    if np.count_nonzero(in_range) < MIN_FIT_POINTS:
+        return math.nan
+    return float(np.polyfit(np.log(x[in_range]), np.log(y[in_range]), 1)[0])
 
 
 def deviation_floor(epsilon, deviation, error) -> float:
@@ -79,9 +77,8 @@ def fit_breakdown(ds: Dataset) -> Dataset:
         ds: a map with the dimension epsilon; its omega_squared and errors are read into memory.
 
     Returns:
-        A Dataset with `deviation` and `floor` (1; over all dimensions, and over all but epsilon), and `slope`,
-        `slope_stderr`, `fitted` (1; over all but epsilon): p, its standard error and the number of points fitted.
-        NaN if the theory is 0 or fewer than `MIN_FIT_POINTS` points remain.
+        A Dataset with `deviation` (over all dimensions), `floor` and the exponent `slope` (over all but epsilon), 1.
+        The exponent is NaN if the theory is 0 or fewer than `MIN_FIT_POINTS` points remain.
     """
     import xarray as xr
 
@@ -93,10 +90,9 @@ def fit_breakdown(ds: Dataset) -> Dataset:
     epsilon = ds["epsilon"].values
     along: dict[str, Any] = {"input_core_dims": [["epsilon"], ["epsilon"]], "vectorize": True}
     floor = xr.apply_ufunc(lambda y, off: deviation_floor(epsilon, y, off), deviation, error, **along)
-    fit: dict[str, Any] = {"input_core_dims": [["epsilon"], []], "output_core_dims": [[], [], []], "vectorize": True}
-    law = xr.apply_ufunc(lambda y, low: power_law(epsilon, y, max(MIN_FIT_DEVIATION, low)), deviation, floor, **fit)
-    slope, error, fitted = law
-    return xr.Dataset({"deviation": deviation, "floor": floor, "slope": slope, "slope_stderr": error, "fitted": fitted})
+    fit: dict[str, Any] = {"input_core_dims": [["epsilon"], []], "vectorize": True}
+    slope = xr.apply_ufunc(lambda y, low: power_law(epsilon, y, max(MIN_FIT_DEVIATION, low)), deviation, floor, **fit)
+    return xr.Dataset({"deviation": deviation, "floor": floor, "slope": slope})
 
 
 # -- observed periods
@@ -123,12 +119,15 @@ def compare_periods(ds: Dataset) -> list[Period]:
     if "epsilon" in ds.dims:
         first["epsilon"] = int(np.argmin(ds["epsilon"].values))
     euler = ds["euler_period"].isel({dim: at for dim, at in first.items() if dim in ds["euler_period"].dims})
-    observations = [observation for observation in _observations(ds) if observation.axis in ds["axis"].values]
-    return [replace(o, measured_days=float(euler.sel(body=o.body, axis=o.axis)) / DAY) for o in observations]
+    return [
+        Period(name, axis, float(euler.sel(body=name, axis=axis)) / DAY, observed.period_days, observed.what, note)
+        for name, axis, observed, note in _observations(ds)
+        if axis in ds["axis"].values
+    ]
 
 
-def _observations(ds: Dataset) -> Iterator[Period]:
-    """Yield the observations in a map's definition, which may contain values of any type."""
+def _observations(ds: Dataset) -> Iterator[tuple[str, int, "Observed", str]]:
+    """Yield name, usual axis, observation and note by a map's definition, which may have values of any type."""
     from pydantic import ValidationError
 
     from sweeps.systems.rigid_body.system import Observed
@@ -140,12 +139,5 @@ def _observations(ds: Dataset) -> Iterator[Period]:
         name, axis, note = entry.get("name"), entry.get("axis"), entry.get("note")
         if isinstance(name, str) and name in names and isinstance(axis, int):
             with suppress(ValidationError):
-                observation = Observed.model_validate(entry.get("observed"))
-                yield Period(
-                    name,
-                    axis,
-                    math.nan,
-                    observation.period_days,
-                    observation.what,
-                    note if isinstance(note, str) else "",
-                )
+                observed = Observed.model_validate(entry.get("observed"))
+                yield name, axis, observed, note if isinstance(note, str) else ""

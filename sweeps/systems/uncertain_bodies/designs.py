@@ -9,7 +9,6 @@ Source: Owen, "Quasi-Monte Carlo sampling" (SIGGRAPH 2003 course); `scipy.stats.
 
 import math
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from typing import Annotated
 
@@ -44,7 +43,7 @@ def count_draws(draws: int) -> int:
 
 
 @lru_cache(maxsize=4)
-def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0, threads: int = 1) -> np.ndarray:
+def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0) -> np.ndarray:
     """Return standard normals, independent between columns, shape (replicates, size, dimension), read-only.
 
     Args:
@@ -53,33 +52,19 @@ def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0,
         draws: requested number of draws.
         seed: seed of the random numbers.
         stream: number of an independent set of the seed.
-        threads: number of threads.
     """
-    from scipy.special import ndtri
-
-    count, size = replicates(draws)
-    numbers = np.empty((count, size, dimension))
-
-    def fill(row, generator):
-        ndtri(_uniforms(method, dimension, size, generator), out=row)
-
-    with ThreadPoolExecutor(threads) as pool:
-        list((pool.map if threads > 1 else map)(fill, numbers, _generators(count, seed, stream)))
+    numbers = np.stack(list(iterate_normals(method, dimension, draws, seed, stream)))
     numbers.flags.writeable = False
     return numbers
 
 
-def iterate_normals(method: str, dimension: int, draws: int, seed: int) -> Iterator[np.ndarray]:
+def iterate_normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0) -> Iterator[np.ndarray]:
     """Yield the replicates of `normals`, shape (size, dimension), one at a time."""
     from scipy.special import ndtri
 
     count, size = replicates(draws)
-    for generator in _generators(count, seed, 0):
-        yield ndtri(_uniforms(method, dimension, size, generator))
-
-
-def _generators(count: int, seed: int, stream: int) -> list[np.random.Generator]:
-    return [np.random.default_rng(each) for each in np.random.SeedSequence([seed, stream]).spawn(count)]
+    for sequence in np.random.SeedSequence([seed, stream]).spawn(count):
+        yield ndtri(_uniforms(method, dimension, size, np.random.default_rng(sequence)))
 
 
 def _uniforms(method: str, dimension: int, size: int, rng: np.random.Generator) -> np.ndarray:

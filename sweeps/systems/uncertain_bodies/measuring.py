@@ -69,8 +69,7 @@ def measure_spins(
         integration: length, sampling and accuracy of each run.
         threads: number of threads.
     """
-    settings = sampling.method, distribution.dimension, sampling.draws, sampling.seed
-    normals = designs.normals(*settings, threads=threads)
+    normals = designs.normals(sampling.method, distribution.dimension, sampling.draws, sampling.seed)
     with ThreadPoolExecutor(threads) as pool:
         body = _Body(distribution, normals, sampling, integration, pool.map if threads > 1 else map)
         for spin in spins:

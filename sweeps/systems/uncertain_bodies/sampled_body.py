@@ -10,6 +10,7 @@ from sweeps.reading.definitions import plain, read_text
 from sweeps.schema.refusals import DefinitionError, UnreadableError
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.inertia import TENSOR_ROUNDING
+from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.motion import format_span
 from sweeps.systems.rigid_body.spin_outcomes import load_body
 from sweeps.systems.uncertain_bodies import designs, measuring
@@ -90,10 +91,12 @@ def collect_facts(result: Answer) -> dict:
 
 def odds_of(result: Answer, axis: int) -> Odds:
     """Return the odds of the spin about an axis from all draws."""
-    distribution, sampling, summary = result.distribution, result.sampling, result.axes[axis][0]
-    normals = designs.normals(sampling.method, distribution.dimension, sampling.draws, sampling.seed)
-    moments = np.array([distribution.inertia(replicate)[0] for replicate in normals])
-    sensitivity = dict(zip(distribution.inputs, np.nan_to_num(summary["sensitivity_total"]).tolist(), strict=True))
+    summary, draws = result.axes[axis]
+    moments = np.stack([draws[name] for name in MOMENTS], axis=-1).reshape(
+        *designs.replicates(result.sampling.draws), 3
+    )
+    shares = np.nan_to_num(summary["sensitivity_total"]).tolist()
+    sensitivity = dict(zip(result.distribution.inputs, shares, strict=True))
     return make_odds(moments, axis, TENSOR_ROUNDING, sensitivity)
 
 
