@@ -7,7 +7,6 @@ gives the samples themselves, from the same solver in the same mode, for compari
 
 import importlib.metadata
 import multiprocessing
-import os
 import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -28,11 +27,6 @@ REQUESTED = (
     "omega_squared_stderr",
     "status",
 )  # columns that all contenders give: no errors, hence no regime
-
-
-def whole_vectors():
-    """Return True if our kernels use vectors of 512 bits and LLVM by default half: then contenders use them too."""
-    return takes_whole_vectors()
 
 
 class Contender:
@@ -161,7 +155,7 @@ class Heyoka(Contender):
         import heyoka
 
         if self.gridded:
-            self.width = 32 if whole_vectors() else heyoka.recommended_simd_size()
+            self.width = 32 if takes_whole_vectors() else heyoka.recommended_simd_size()
         self.pool = multiprocessing.get_context("spawn").Pool(threads)
 
     def rates(self, bodies, setting):
@@ -210,7 +204,7 @@ def _heyoka_integrator(tolerance, width, on_grid):
             tol=tolerance,
             compact_mode=False,
             fast_math=True,
-            force_avx512=on_grid and whole_vectors(),  # batches of 64 are no faster with it, and often slower
+            force_avx512=on_grid and takes_whole_vectors(),  # batches of 64 are no faster with it, and often slower
         )
     return _integrators[tolerance, width]
 
@@ -468,8 +462,3 @@ class SciPy(Contender):
 
 
 ALL = (Direct, Exact, Heyoka, HeyokaGrid, Numbalsoda, CyRK, DiffraxAdaptive, DiffraxFixed, SciPy)
-
-
-def cores():
-    """Processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()

@@ -24,6 +24,8 @@ import contenders
 import numba
 import numpy as np
 
+from sweeps.process import machine
+
 OUT = Path(__file__).resolve().parents[2] / "results" / "benchmarks"
 ERROR = 1e-10  # error of the samples, relative to the perturbation, for which speeds are compared
 SIZES = {  # rounds, share of each contender's bodies, bodies compared with the exact solution
@@ -130,7 +132,7 @@ def run_race(size, threads):
         contender.close()
     entries = [entry for _, _, entry in lanes]
     return {
-        "machine": machine(threads) | {"load_average": loads, "rounds": rounds, "bodies_judged": judges},
+        "machine": conditions(threads) | {"load_average": loads, "rounds": rounds, "bodies_judged": judges},
         "versions": {contender.name: contender.version() for contender in present},
         "modes": {contender.name: contender.mode for contender in present},
         "absent": absent,
@@ -142,23 +144,16 @@ def run_rounds(rounds, lanes):
     """Time everybody in every round; return the load averages."""
     loads = [os.getloadavg()[0]]
     for _ in range(rounds):
-        for contender, lane_bodies, entry in sorted(lanes, key=lambda lane: _place(lane[2])):
-            _note(entry, time_call(lambda c=contender, p=lane_bodies, e=entry: c.rates(p, e.setting)[1]))
+        # entries of similar errors are neighbours
+        for contender, lane_bodies, entry in sorted(lanes, key=lambda lane: -max(lane[2].error, 1e-16)):
+            wall, processor = time_call(lambda c=contender, p=lane_bodies, e=entry: c.rates(p, e.setting)[1])
+            entry.wall.append(wall)
+            entry.processor.append(processor)
         loads.append(os.getloadavg()[0])
     return loads
 
 
-def _place(entry):
-    """Entries of similar errors are neighbours."""
-    return -math.log10(max(entry.error, 1e-16))
-
-
-def _note(entry, seconds):
-    entry.wall.append(seconds[0])
-    entry.processor.append(seconds[1])
-
-
-def machine(threads):
+def conditions(threads):
     """Return the conditions of the figures."""
     model = platform.processor() or platform.machine()
     if Path("/proc/cpuinfo").exists():
@@ -166,7 +161,7 @@ def machine(threads):
         model = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), model)
     return {
         "processor": model,
-        "cores": contenders.cores(),
+        "cores": machine.num_processors(),
         "threads": threads,
         "python": platform.python_version(),
         "numpy": np.__version__,
@@ -304,7 +299,9 @@ def main():
     parser.add_argument(
         "--tiny", dest="size", action="store_const", const="tiny", help="next to none: a test of the race"
     )
-    parser.add_argument("--threads", type=int, default=contenders.cores(), help="threads for everybody (all cores)")
+    parser.add_argument(
+        "--threads", type=int, default=machine.num_processors(), help="threads for everybody (all cores)"
+    )
     parser.add_argument("--out", type=Path, default=OUT, help="folder for race.md, race.json and race.png")
     options = parser.parse_args()
     numba.set_num_threads(options.threads)

@@ -1,5 +1,3 @@
-import itertools
-
 import numpy as np
 import pytest
 
@@ -67,12 +65,3 @@ def test_a_collapsed_points_bits_depend_on_the_point_alone():
             columns = survey.measure_collapsed({name: values[chunk] for name, values in points.items()}, 4.0, 16, 1e-10)
             for name in all_columns:
                 np.testing.assert_array_equal(columns[name], all_columns[name][chunk], err_msg=name)
-
-
-def test_many_motions_are_told_apart():
-    rng = np.random.default_rng(1)
-    n = 5000
-    values = rng.uniform(0.5, 1.5, (3, n))
-    columns = (*values, rng.integers(1, 4, n), np.ones(n), np.full(n, 1e-6), np.full(n, 0.6))
-    duplicates = [np.concatenate([x, x]) for x in columns]
-    assert first_of_each(duplicates) == list(itertools.chain(range(n), range(n)))

@@ -24,9 +24,8 @@ def racket():
 
 def test_the_default_sweeps_attitude_is_certified(racket):
     _, columns = racket
-    assert (
-        columns["attitude_error"].max() <= 1e-9
-    )  # the bound by a tolerance of 1e-10; the measured deviation was 3e-14
+    # the bound by a tolerance of 1e-10; the measured deviation was 3e-14
+    assert columns["attitude_error"].max() <= 1e-9
     assert columns["geometric_phase_residual"].max() <= 1e-12
 
 

@@ -133,11 +133,10 @@ def test_signed_rate_of_known_motions(rate):
         assert 0 <= stderr <= allowed * rate**2
 
 
-def test_signed_rate_of_a_decay_and_of_one_component_alone():
-    t = SPACING * np.arange(65)
-    decay = np.stack([np.exp(-0.5 * t), np.zeros(65)], axis=1)
-    assert signed_rate(decay, SPACING)[0] == pytest.approx(-0.25, rel=1e-13, abs=0)
-    assert signed_rate(decay[:, ::-1], SPACING)[0] == pytest.approx(-0.25, rel=1e-13, abs=0)
+def test_signed_rate_of_a_decay_of_one_component_alone():
+    decay = np.stack([np.exp(-0.5 * SPACING * np.arange(65)), np.zeros(65)], axis=1)
+    for samples in (decay, decay[:, ::-1]):
+        assert signed_rate(samples, SPACING)[0] == pytest.approx(-0.25, rel=1e-13, abs=0)
 
 
 def test_signed_rate_of_a_secular_motion_is_nothing():
@@ -182,13 +181,6 @@ def test_standard_error_is_the_spread_of_many_estimates(D):
     assert abs(pulls.mean()) < 4 / math.sqrt(800)
     assert np.mean(np.abs(pulls) < 1) == pytest.approx(0.683, abs=0.066)
     assert np.mean(np.abs(pulls) < 2) == pytest.approx(0.954, abs=0.03)
-
-
-def test_signed_rate_takes_four_samples_and_no_fewer():
-    t = SPACING * np.arange(4)
-    value, stderr = signed_rate(np.stack([np.cos(t), np.sin(t)], axis=1), SPACING)
-    assert value == pytest.approx(1.0, rel=1e-14, abs=0)
-    assert math.isfinite(stderr)
 
 
 @given(st.lists(st.floats(1e-3, 1e6), min_size=2, max_size=60))

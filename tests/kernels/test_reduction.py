@@ -180,18 +180,6 @@ def test_what_the_reduction_leaves_goes_with_the_powers_of_its_documentation(rat
     assert uncertainty.amplitude(rate2, 1e-3, 0.6, 0.4, 1 / T, 0.9) == abs(rate2) + 0.9**2  # no rate² is beyond
 
 
-@pytest.mark.compiled
-def test_a_symmetric_body_never_grows_however_large_the_nudge():
-    equal = np.array([1.0, np.nextafter(1.0, 2.0), np.nextafter(1.0, 0.0)])
-    grid = np.meshgrid(equal, [0.7, 1.3, 1.9], [1e-8, 1e-4, 1e-2, 0.1, 0.3], [0.0, 0.6, 2.1, 4.0], indexing="ij")
-    b, c, epsilon, phase = (x.ravel() for x in grid)
-    points = {"I1": 1.0, "I2": b, "I3": c, "axis": 1, "omega0": 1.0, "epsilon": epsilon, "phase": phase}
-    columns = survey.survey(points, *SETTINGS)
-    assert (columns["regime"] == linear.MARGINAL).all()
-    assert (columns["growth_rate"] == 0).all()
-    assert (columns["growth_rate_reduced"] == 0).all()
-
-
 def test_scatter_holds_what_a_third_harmonic_moves():
     """By the sums themselves; its phase in either component at random, and how far the motion turns between samples."""
     rng = np.random.default_rng(5)
