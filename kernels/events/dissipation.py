@@ -100,11 +100,8 @@ def _follow(x, y, z, r, s, q, end, step):
         t += h
         steps += 1
     rounding = 4.0 * EPSILON * (4.0 + math.sqrt(steps)) / slowest
-    return (
-        crossing_time,
-        settling_time,
-        z_crossing if crossing_time >= 0.0 else math.nan,
-    ), rounding if steps > 0 else 0.0
+    z_crossing = z_crossing if crossing_time >= 0.0 else math.nan
+    return (crossing_time, settling_time, z_crossing), rounding if steps > 0 else 0.0
 
 
 @njit(nogil=True, **OPTIONS)

@@ -162,11 +162,8 @@ def _load_lane(S, lane, tops, i, steps):
     spin_sign = 1.0 if tops.spin[i] > 0.0 else -1.0
     h = spacing / steps
     ca, cb, cc = rigid_body.euler_coefficients(ratio, 1.0, 1.0)
-    S[row.a + lane], S[row.b + lane], S[row.c + lane] = (
-        spin_sign,
-        tangent * math.cos(PHASE),
-        tangent * math.sin(PHASE),
-    )
+    across_b, across_c = tangent * math.cos(PHASE), tangent * math.sin(PHASE)
+    S[row.a + lane], S[row.b + lane], S[row.c + lane] = spin_sign, across_b, across_c
     S[row.ka + lane], S[row.kb + lane], S[row.kc + lane] = ca * h, cb * h, cc * h
     L = S[MOMENTUM_ROWS:]
     L[row.a + lane], L[row.b + lane], L[row.c + lane] = ratio * spin_sign, S[row.b + lane], S[row.c + lane]

@@ -81,10 +81,8 @@ def multiplier_columns(matrices, period, reciprocal=True, with_errors=True, coup
     result = _block_columns(matrices, period, reciprocal, with_errors)
     if coupling is None:
         return result
-    blocks = (
-        np.linalg.matrix_power((coupling | coupling.swapaxes(1, 2) | np.eye(coupling.shape[1], dtype=bool)) * 1.0, 24)
-        > 0
-    )
+    neighbours = coupling | coupling.swapaxes(1, 2) | np.eye(coupling.shape[1], dtype=bool)
+    blocks = np.linalg.matrix_power(neighbours * 1.0, 24) > 0
     patterns, pattern_index = np.unique(blocks.reshape(len(blocks), -1), axis=0, return_inverse=True)
     for k, pattern in enumerate(patterns):
         points, groups = (
@@ -93,9 +91,8 @@ def multiplier_columns(matrices, period, reciprocal=True, with_errors=True, coup
         )
         if len(groups) > 1:
             block_matrices = [[x[points][:, group][:, :, group] for x in matrices[:2]] for group in groups]
-            regime = _combine_blocks(
-                [_block_columns(Matrices(*block), period[points], reciprocal) for block in block_matrices]
-            )
+            columns = [_block_columns(Matrices(*block), period[points], reciprocal) for block in block_matrices]
+            regime = _combine_blocks(columns)
             has_regime = result["regime"][points] != UNDETERMINED
             result["regime"][points] = np.where(has_regime, regime, UNDETERMINED)
     return result
@@ -279,26 +276,18 @@ def _eigenvalue_columns(M, error, period, reciprocal):
     angle_errors = np.where(nearest > 0.0, np.arcsin(np.minimum(radius / np.abs(mu), 1.0)), np.pi)
     growth, top, bottom = sizes.max(axis=1), log_high.max(axis=1), log_low.max(axis=1)
     log_errors, growth_error = np.maximum(log_high - sizes, sizes - log_low), np.maximum(top - growth, growth - bottom)
-    errors = (
-        radius,
-        radius,
-        log_errors / period[:, None],
-        angle_errors / period[:, None],
-        growth_error / period,
-        growth_error,
-    )
+    exponent_errors = log_errors / period[:, None], angle_errors / period[:, None]
+    errors = (radius, radius, *exponent_errors, growth_error / period, growth_error)
     result = _spectrum_columns(mu, sizes, np.angle(mu), period)
     result |= {f"{name}_error": values for name, values in zip(result, errors, strict=True)}
     result |= {"trace": np.einsum("nii->n", safe), "trace_error": np.einsum("nii->n", error)}
     for values in result.values():
         values[~is_finite] = np.nan
     first = mu[:, 0]
-    growth_kind = np.where(
-        np.abs(first.imag) > radius[:, 0], FLUTTER, np.where(first.real > 0.0, UNSTABLE, PERIOD_DOUBLING)
-    )
-    is_separate = (
-        (2.0 * radius < gap) & (np.abs(mu.imag) > radius) & reciprocal
-    )  # a single pair cannot leave the circle
+    real_kind = np.where(first.real > 0.0, UNSTABLE, PERIOD_DOUBLING)
+    growth_kind = np.where(np.abs(first.imag) > radius[:, 0], FLUTTER, real_kind)
+    # a single pair cannot leave the circle
+    is_separate = (2.0 * radius < gap) & (np.abs(mu.imag) > radius) & reciprocal
     conditions = [~is_finite, bottom > 0.0, top < 0.0, (is_separate & (log_low < 0.0) & (log_high > 0.0)).all(axis=1)]
     kinds = [UNDETERMINED, growth_kind, ASYMPTOTICALLY_STABLE, STABLE]
     return result | {"regime": np.select(conditions, kinds, MARGINAL).astype(np.int8)}

@@ -280,9 +280,8 @@ def _write_lane(p, re, im, moves, spacing, work, row):
     n, largest_odd, a = re.size, 0.0, work[0][0]
     a[:] = 0.0
     for k in range(n - 1, -1, -2):
-        error = (
-            p.noise * math.sqrt((1.0 + p.loss) * max(p.K[k, k], 0.0)) + LOGARITHM_FACTOR * p.change[k] + p.rounding[k]
-        )
+        noise = p.noise * math.sqrt((1.0 + p.loss) * max(p.K[k, k], 0.0))
+        error = noise + LOGARITHM_FACTOR * p.change[k] + p.rounding[k]
         largest_odd = max(largest_odd, abs(p.c[k]) / error) if error > 0.0 else math.inf
     row[codes.ODD] = largest_odd
     if n == 4:

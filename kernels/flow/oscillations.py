@@ -218,9 +218,8 @@ def _write_row(Q, lane, steps, row):
     row[RAW.log_slope], row[RAW.e_folds] = math.nan, math.nan
     if Q[LN, lane] >= 2.0:
         row[RAW.e_folds] = measure.logarithm(Q[LLAST, lane] / Q[LFIRST, lane])
-        row[RAW.log_slope] = (
-            measure.slope_of_products(Q[LN, lane], Q[LP, lane], Q[LPE, lane], Q[LQ, lane], Q[LQE, lane]) / spacing
-        )
+        products = (Q[LP, lane], Q[LPE, lane], Q[LQ, lane], Q[LQE, lane])
+        row[RAW.log_slope] = measure.slope_of_products(Q[LN, lane], *products) / spacing
 
 
 @njit(void(*(int64[::1],) * 4, float64[:, :, ::1], float64[:, ::1]), nogil=True, **OPTIONS)
@@ -329,9 +328,8 @@ def find_errors(raw, scale, spacing, share=1.0):
         shift, fourth = np.abs(raw[:, RAW.rate2] / S2 - square), raw[:, RAW.beyond] / S2
         decay = np.minimum(15.0 * fourth / np.maximum(shift, np.finfo(float).tiny), 10.0)
         is_alone = np.asarray(share) > MIN_LONE_SHARE
-        has_turn = (
-            np.sqrt(np.maximum(square, 0.0)) * span >= 2.0 * math.pi
-        ) & is_alone  # the window covers a whole turn
+        # the window covers a whole turn
+        has_turn = (np.sqrt(np.maximum(square, 0.0)) * span >= 2.0 * math.pi) & is_alone
         sixth = _sixth_order(raw, square, shift, span, S2, has_turn)
         scatter = sixth * np.sqrt(n / np.maximum(n - 4.0, 0.25) / np.maximum(n - 3.0, 1.0))
         rounding = 8.0 * (np.abs(square) + 4.0) + 6.0 * np.sqrt(np.abs(square)) / spacing

@@ -59,16 +59,8 @@ column = columns.numbers(MEASURED, FIRST_COLUMN, W)
 # Auxiliary rows: |omega0| or NaN (the input, s-1). Dimensionless are the rates², the standard error, slopes by D, both
 # errors of a rate², and the reduced rate with its error.
 AUXILIARY = (
-    "spin_rate",
-    "rate2",
-    "stderr",
-    "slope",
-    "reduced",
-    "reduced_slope",
-    "error",
-    "reduced_error",
-    "rate",
-    "rate_error",
+    *("spin_rate", "rate2", "stderr", "slope", "reduced", "reduced_slope"),
+    *("error", "reduced_error", "rate", "rate_error"),
 )
 aux = columns.numbers(AUXILIARY, FIRST_COLUMN + len(COLUMNS), W)
 ROWS = FIRST_COLUMN + len(COLUMNS) + len(AUXILIARY)
@@ -141,10 +133,8 @@ def _fill_square(S, certified, tolerance):
         is_measured = (samples_used >= 3.0) & (spin - spin == 0.0)
         rate2 = S[aux.rate2 + lane] if is_measured else math.nan
         S[aux.rate2 + lane], S[aux.stderr + lane] = rate2, stderr
-        S[column.omega_squared + lane], S[column.omega_squared_stderr + lane] = (
-            rate2 * spin * spin,
-            stderr * spin * spin,
-        )
+        S[column.omega_squared + lane] = rate2 * spin * spin
+        S[column.omega_squared_stderr + lane] = stderr * spin * spin
         S[column.samples_used + lane], S[column.steps_per_sample + lane] = samples_used, S[row.steps + lane]
         S[column.window_end + lane] = (samples_used - 1.0) * spacing / spin
         distance = math.sqrt(S[row.distance2 + lane] / S[row.distance_size2 + lane])
@@ -167,9 +157,8 @@ def _accept_grown_rounding(S, tolerance):
         if S[column.status + lane] == NOT_CONVERGED and growth > 0.0:
             samples_used = S[row.samples + lane]
             growth_factor = math.exp(math.sqrt(growth) * (samples_used - 1.0) * S[row.spacing + lane])
-            if S[
-                column.propagation_error + lane
-            ] <= tolerance + 2e-15 * growth_factor + 1e-16 * samples_used * math.sqrt(samples_used):
+            allowed = tolerance + 2e-15 * growth_factor + 1e-16 * samples_used * math.sqrt(samples_used)
+            if S[column.propagation_error + lane] <= allowed:
                 S[column.status + lane] = OK
 
 

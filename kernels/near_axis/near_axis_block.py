@@ -256,12 +256,8 @@ def begin_reduction(S):
     """Set the constants of the reduction of every lane, from its first guess and first three samples."""
     whole_vectors()
     for lane in range(W):
-        a1, middle, difference, double_difference = (
-            S[row.u1 + lane],
-            S[row.half + lane],
-            S[row.own + lane],
-            S[row.across + lane],
-        )
+        a1, middle = S[row.u1 + lane], S[row.half + lane]
+        difference, double_difference = S[row.own + lane], S[row.across + lane]
         quadrature, first, second, third, along, slope = reduction.constants(S[row.guess + lane], S[row.drive + lane])
         S[row.quadrature + lane], S[row.first + lane], S[row.second + lane] = quadrature, first, second
         S[row.third + lane], S[row.along + lane], S[row.slope + lane] = third, along, slope
@@ -270,10 +266,8 @@ def begin_reduction(S):
             S[row.guess + lane], S[row.drive + lane], a1, double_difference
         )
         S[row.own + lane] = first * (factor * a1 + offset)
-        S[row.own_slope + lane], S[row.own_offset + lane] = (
-            first * factor * S[row.spin + lane],
-            first * (offset - factor),
-        )
+        S[row.own_slope + lane] = first * factor * S[row.spin + lane]
+        S[row.own_offset + lane] = first * (offset - factor)
 
 
 @njit(**INLINE)
@@ -415,14 +409,8 @@ def _exact_samples_of(count):
             sums = (S[row.is_open + lane], S[row.samples + lane], S[row.rx + lane], S[row.rr + lane], S[row.xx + lane])
             min_size2 = measure.MIN_SIZE * measure.MIN_SIZE * S[row.start_size2 + lane]
             max_size2 = measure.MAX_GROWTH * measure.MAX_GROWTH * S[row.start_size2 + lane]
-            constants = (
-                S[row.gb + lane],
-                S[row.gc + lane],
-                S[row.bend + lane],
-                2.0 * S[row.guess + lane],
-                min_size2,
-                max_size2,
-            )
+            gb, gc, bend, two_guess = S[row.gb + lane], S[row.gc + lane], S[row.bend + lane], 2.0 * S[row.guess + lane]
+            constants = (gb, gc, bend, two_guess, min_size2, max_size2)
             if count == 4:
                 state, sums = _exact_sample(state, sums, constants)
                 state, sums = _exact_sample(state, sums, constants)
@@ -531,10 +519,8 @@ def add_log_sample(S):
     num_logging = 0  # a whole number: its or-reduction stays packed
     for lane in range(W):
         size = measure.dot(S[row.b + lane], S[row.c + lane], S[row.b + lane], S[row.c + lane])
-        min_size2, is_open = (
-            measure.LOG_FROM * measure.LOG_FROM * S[row.start_size2 + lane],
-            S[row.is_open + lane] > 0.0,
-        )
+        min_size2 = measure.LOG_FROM * measure.LOG_FROM * S[row.start_size2 + lane]
+        is_open = S[row.is_open + lane] > 0.0
         log_open, n = S[row.log_open + lane], S[row.log_samples + lane]
         P, up = S[row.log_p + lane], S[row.p_exponent + lane]
         Q, difference = S[row.log_q + lane], S[row.q_exponent + lane]
@@ -553,9 +539,8 @@ def has_grown_lane(S):
     whole_vectors()
     num_large = 0
     for lane in range(min(W, S.size)):  # a number unknown to LLVM, which would unroll so short a loop
-        num_large |= (
-            1 if S[row.max_size2 + lane] >= measure.LOG_FROM * measure.LOG_FROM * S[row.start_size2 + lane] else 0
-        )
+        min_size2 = measure.LOG_FROM * measure.LOG_FROM * S[row.start_size2 + lane]
+        num_large |= 1 if S[row.max_size2 + lane] >= min_size2 else 0
     return num_large > 0
 
 

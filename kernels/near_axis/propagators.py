@@ -31,13 +31,5 @@ EXACT, RECURRENCE = range(9, 11)
 
 IS_EXACT = (*9 * (False,), True, True)  # True if the step has no truncation error
 ORDER = (*3 * (8.0,), *3 * (10.0,), *3 * (12.0,), 12.0, 12.0)  # Taylor order; not used if the step is exact
-IS_NEAR = (
-    *3 * (False, True, False),
-    False,
-    False,
-)  # True if the step is short as in :func:`kernels.free.direct.is_near`
-IS_NEAREST = (
-    *3 * (False, False, True),
-    False,
-    False,
-)  # True if it is short as in :func:`kernels.free.direct.is_nearest`
+# True if the step is short as in :func:`kernels.free.direct.is_near`, and in :func:`kernels.free.direct.is_nearest`
+IS_NEAR, IS_NEAREST = (*3 * (False, True, False), False, False), (*3 * (False, False, True), False, False)

@@ -115,11 +115,8 @@ def _choose_steps(T, intervals, tolerance, plan):
             latest = epsilon
             size = min(1.0, measure.MAX_GROWTH * latest * math.exp(0.5))  # includes the sample after the window's end
             size_factor = math.sqrt(1.0 + latest * latest)  # the rates go with all of |omega|, not with the spin alone
-            coefficients = (
-                direct.truncation(size, direct.ORDERS[0]),
-                direct.truncation(size, direct.ORDERS[1]),
-                direct.truncation(size, direct.ORDERS[2]),
-            )
+            low, middle, high = direct.ORDERS
+            coefficients = direct.truncation(size, low), direct.truncation(size, middle), direct.truncation(size, high)
         x = T[tile.bound + i] * T[tile.spacing + i] * size_factor
         step[i], steps[i] = direct.choose_steps(x, size, coefficients, intervals, tolerance)
 
@@ -175,9 +172,8 @@ def _measure_blocks(T, plan, blocks, run, work, out):
     for j in range(starts.size - 1):
         points = order[starts[j] : starts[j + 1]]
         i = points[0]  # any point of the block
-        reduced = (
-            depth[i] if with_reduction or depth[i] == near_axis_block.FULL_REDUCTION else near_axis_block.NO_REDUCTION
-        )
+        is_reduced = with_reduction or depth[i] == near_axis_block.FULL_REDUCTION
+        reduced = depth[i] if is_reduced else near_axis_block.NO_REDUCTION
         _gather_block(S, T, points, steps[i])
         near_axis_block.integrate_block(S, step[i], steps[i], intervals, work, reduced)
         estimates.write_columns(S, work, reduced, step[i], rounded, tolerance)
