@@ -108,6 +108,24 @@ def sensitivity(solution, moments, start, t):
     return total
 
 
+def legendre(three, T2, L):
+    """Return P_psi, P_phi of the long axis and of the encircled one, and if the mode is SAM; None if there are none.
+
+    By Legendre's complete integrals, of ascending moments, twice the energy and L in numbers of mpmath.
+    """
+    I1, I2, I3 = three
+    short = L**2 > T2 * I2
+    d, c = (I3, I1) if short else (I1, I3)
+    product = (d - I2) * (L**2 - T2 * c)
+    if not product > 0 or L**2 == T2 * I2 or T2 * d == L**2 or not T2 * I1 <= L**2 <= T2 * I3:
+        return None
+    p, m = mp.sqrt(product / (I1 * I2 * I3)), (I2 - c) * (T2 * d - L**2) / product
+    K = mp.ellipk(m)
+    P = 4 * K / p
+    f = L / (2 * mp.pi * d) * (1 + (d / c - 1) * mp.ellippi(-d * (I2 - c) / (c * (d - I2)), m) / K)
+    return P, (1 / (f - 1 / P) if short else 1 / f), 1 / f, short
+
+
 def turns(I1, I2, I3, chi, theta, digits=None):
     """Return the twist (rad) and the time of the turn (I_mid/L) of throws, shape (2, n), by Taylor series.
 

@@ -141,21 +141,6 @@ def twist_theory(table, is_known):
     return dict(zip(COLUMNS["twist"], pairs, strict=True)), is_requested
 
 
-def legendre(three, T2, L):
-    """P_psi, P_phi of the long axis and of the encircled one, and whether the mode is SAM; None without a period."""
-    I1, I2, I3 = three
-    short = L**2 > T2 * I2
-    d, c = (I3, I1) if short else (I1, I3)
-    product = (d - I2) * (L**2 - T2 * c)
-    if not product > 0 or L**2 == T2 * I2 or T2 * d == L**2 or not T2 * I1 <= L**2 <= T2 * I3:
-        return None
-    p, m = mp.sqrt(product / (I1 * I2 * I3)), (I2 - c) * (T2 * d - L**2) / product
-    K = mp.ellipk(m)
-    P = 4 * K / p
-    f = L / (2 * mp.pi * d) * (1 + (d / c - 1) * mp.ellippi(-d * (I2 - c) / (c * (d - I2)), m) / K)
-    return P, (1 / (f - 1 / P) if short else 1 / f), 1 / f, short
-
-
 def tumbling_theory(table, is_known):
     """Return periods of tumblers with known numbers: infinitely wrong without a period."""
     pairs = np.full((3, 2, is_known.size), np.nan)
@@ -163,7 +148,7 @@ def tumbling_theory(table, is_known):
         for i in np.flatnonzero(is_known):
             three = [mp.mpf(x) for x in sorted(float(table[name][i]) for name in ("I1", "I2", "I3"))]
             three = [x / three[2] for x in three]
-            of = legendre(three, mp.mpf(float(table["energy"][i])), mp.mpf(1))
+            of = precise.legendre(three, mp.mpf(float(table["energy"][i])), mp.mpf(1))
             values = (math.inf,) * 3 if of is None else [x / mp.mpf(float(table["omega0"][i])) for x in of[:3]]
             pairs[:, :, i] = np.transpose(in_pairs(values))
     return dict(zip(PERIODS, pairs, strict=True)), is_known
@@ -190,7 +175,7 @@ def attitude_theory(table, is_known):
             a, b, c = (three[(axis + k) % 3] / unit for k in range(3))
             T2 = a + b * w[1] ** 2 + c * w[2] ** 2
             L = mp.sqrt(a**2 + (b * w[1]) ** 2 + (c * w[2]) ** 2)
-            of = legendre(sorted([a, b, c]), T2, L)
+            of = precise.legendre(sorted([a, b, c]), T2, L)
             if of is not None and a == (max if of[3] else min)(a, b, c):
                 pairs[:, i] = np.ravel(in_pairs([2 * mp.pi / of[2] * abs(spin)]))
     return {"space_rate": pairs}, is_known & np.isfinite(pairs[0])
@@ -213,13 +198,9 @@ def integration_of(name, random, max_samples):
 
 def system_of(name):
     """The system that makes the columns."""
-    from sweeps.systems.rigid_body import system as rigid_body
-    from sweeps.systems.symmetric_top import system as symmetric_top
-    from sweeps.systems.tumbling import system as tumbling_system
-    from sweeps.systems.twist import system as twist
+    from sweeps import systems
 
-    systems = {"twist": twist, "tumbling": tumbling_system, "symmetric_top": symmetric_top, "attitude": rigid_body}
-    return systems[name].SYSTEM
+    return systems.resolve("rigid_body" if name == "attitude" else name)
 
 
 GENERATORS = {"twist": throws, "tumbling": tumblers, "symmetric_top": tops, "attitude": error_bars.random_points}

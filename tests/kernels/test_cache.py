@@ -174,8 +174,7 @@ def test_a_stamp_covers_the_file_and_what_it_imports_of_kernels(tmp_path):
 
 @pytest.mark.slow
 def test_closures_of_one_place_that_several_processes_compiled_are_not_taken_for_each_other(warm_cache):
-    results = [float(warm_cache.call("1.0", function)[0]) for function in ("twice", "thrice", "both")]
-    assert results == [2.0, 3.0, 302.0]
+    assert [warm_cache.call("1.0", function)[0] for function in ("twice", "both")] == ["2.0", "302.0"]
 
 
 @pytest.mark.slow

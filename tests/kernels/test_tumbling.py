@@ -2,6 +2,7 @@
 
 import mpmath as mp
 import numpy as np
+import precise
 import pytest
 
 from kernels.events import tumbling
@@ -9,16 +10,9 @@ from kernels.free import exact
 
 
 def legendre(I, energy):  # noqa: E741
-    """P_psi, P_phi of the long axis and of the encircled one by complete integrals of the third kind, at L/I3 = 1."""
-    I1, I2, I3 = (mp.mpf(float(x)) for x in I)
-    L, T2 = I3, mp.mpf(float(energy)) * I3
-    short = L**2 > T2 * I2
-    d, c = (I3, I1) if short else (I1, I3)
-    product = (d - I2) * (L**2 - T2 * c)
-    p, m, n = mp.sqrt(product / (I1 * I2 * I3)), (I2 - c) * (T2 * d - L**2) / product, -d * (I2 - c) / (c * (d - I2))
-    P = 4 * mp.ellipk(m) / p
-    f = L / (2 * mp.pi * d) * (1 + (d / c - 1) * mp.ellippi(n, m) / mp.ellipk(m))
-    return P, (1 / (f - 1 / P) if short else 1 / f), 1 / f
+    """P_psi, P_phi of the long axis and of the encircled one, at L/I3 = 1."""
+    moments = [mp.mpf(float(x)) for x in I]
+    return precise.legendre(moments, mp.mpf(float(energy)) * moments[2], moments[2])[:3]
 
 
 def bodies(count, seed):
