@@ -5,9 +5,24 @@ from fractions import Fraction
 
 import mpmath
 import numpy as np
+from numba import config
 
 from kernels.estimator import measure
 from kernels.free import elliptic
+
+FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
+
+
+def bodies(count, seed=1, **given):
+    """Random points of bodies that can exist, every axis and both senses of spin; fewer in plain Python."""
+    rng = np.random.default_rng(seed)
+    masses = rng.uniform(0.0, 1.0, (3, max(count // FEWER, 32)))  # second moments of mass: any triple can exist
+    moments = masses.sum(axis=0) - masses
+    n = masses.shape[1]
+    points = dict(zip(("I1", "I2", "I3"), moments, strict=True))
+    points |= {"axis": rng.integers(1, 4, n), "omega0": rng.choice([-1, 1], n) * rng.uniform(0.5, 20.0, n)}
+    points |= {"epsilon": np.full(n, 1e-6), "phase": rng.uniform(0, 2 * np.pi, n)}
+    return points | {name: np.broadcast_to(value, n) for name, value in given.items()}
 
 
 def jacobi(u, m, m1):

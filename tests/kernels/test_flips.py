@@ -1,13 +1,12 @@
 import numpy as np
 import pytest
+from naive import bodies
 from numba import config
 from scipy.integrate import solve_ivp
 
 from kernels.events import flips
 from kernels.free import exact, rigid_body
 from kernels.near_axis import survey
-
-FEWER = 20 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 
 
 def columns(points, tolerance=1e-10):
@@ -21,18 +20,10 @@ def columns(points, tolerance=1e-10):
 NAMES = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
 
 
-def bodies(count, seed, epsilon):
-    rng = np.random.default_rng(seed)
-    n = max(count // FEWER, 32)
-    masses = rng.uniform(0.02, 1.0, (3, n))
-    values = (*(masses.sum(axis=0) - masses), rng.integers(1, 4, n), rng.choice([-1, 1], n) * rng.uniform(0.5, 20, n))
-    return dict(zip(NAMES, (*values, np.full(n, epsilon), rng.uniform(0, 2 * np.pi, n)), strict=True))
-
-
 @pytest.mark.compiled
 @pytest.mark.parametrize("epsilon", [1e-12, 1e-8, 1e-6, 1e-4, 1e-2, 0.1, 0.3, 0.9])
 def test_measured_flips_and_tilts_are_the_exact_ones(epsilon):
-    points = bodies(3000, 1, epsilon)
+    points = bodies(3000, 1, epsilon=epsilon)
     flip_columns = columns(points)
     sure = ~flip_columns["given_up"]
     assert sure.mean() > 0.99
@@ -79,7 +70,7 @@ def test_against_scipys_own_events(phase):
 
 @pytest.mark.compiled
 def test_units_and_sense():
-    points = bodies(200, 2, 1e-3)
+    points = bodies(200, 2, epsilon=1e-3)
     flip_columns = columns(points)
     for factor in (1e-9, 1e6):
         faster_spin = columns(points | {"omega0": points["omega0"] * factor})
@@ -145,7 +136,7 @@ def test_no_search_depends_on_its_neighbours(neighbour, monkeypatch):
 
 @pytest.mark.compiled
 def test_the_survey_adds_the_columns_and_changes_no_other():
-    points = bodies(200, 3, 1e-3)
+    points = bodies(200, 3, epsilon=1e-3)
     plain, more = (survey.measure_points(points, 4.0, 16, 1e-10, nonlinear=flag) for flag in (False, True))
     assert set(more) - set(plain) == set(flips.MEASURED)
     for name in plain:
@@ -165,7 +156,7 @@ def test_the_frequency_at_its_own_amplitude_tends_to_linear_theory():
 
 @pytest.mark.compiled
 def test_broken_points_are_left_out():
-    points = bodies(40, 4, 1e-3)
+    points = bodies(40, 4, epsilon=1e-3)
     invalid_points = {name: value.copy() for name, value in points.items()}
     invalid_points["I1"][3] = np.nan
     plain, partly_invalid = (survey.measure_points(p, 4.0, 16, 1e-10, nonlinear=True) for p in (points, invalid_points))

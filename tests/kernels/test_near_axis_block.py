@@ -7,6 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 from calls import python
+from naive import FEWER, bodies
 from numba import config
 
 from kernels.compile.blocks import W
@@ -16,19 +17,7 @@ from kernels.near_axis import estimates, survey
 from kernels.near_axis.estimates import aux
 from kernels.near_axis.near_axis_block import row
 
-FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 STEPS = taylor.STEPS
-
-
-def bodies(count, seed, epsilon=1e-6):
-    """Random points of bodies that can exist, every axis and both senses of spin."""
-    rng = np.random.default_rng(seed)
-    masses = rng.uniform(0.0, 1.0, (3, max(count // FEWER, 32)))
-    moments = masses.sum(axis=0) - masses
-    n = masses.shape[1]
-    points = dict(zip(("I1", "I2", "I3"), moments, strict=True))
-    points |= {"axis": rng.integers(1, 4, n), "omega0": rng.choice([-1, 1], n) * rng.uniform(0.5, 20.0, n)}
-    return points | {"epsilon": np.full(n, epsilon), "phase": rng.uniform(0, 2 * np.pi, n)}
 
 
 def point(points, i):
@@ -54,7 +43,7 @@ def taylor(moments, start, spacing, intervals, order, steps):
 @pytest.mark.parametrize("epsilon", [1e-6, 0.05])
 def test_the_certificate_is_the_distance_from_the_closed_form(epsilon):
     tolerance, intervals, spacing = 1e-6, 24, 0.5  # a loose tolerance: truncation far above rounding
-    points = bodies(40 * FEWER, 1, epsilon)
+    points = bodies(40 * FEWER, 1, epsilon=epsilon)
     columns = survey.measure_points(points, 3.0, 8, tolerance)
     size = min(1.0, 10 * epsilon * np.exp(0.5))
     coefficients = tuple(direct.truncation(size, order) for order in direct.ORDERS)
@@ -81,7 +70,7 @@ def test_the_certificate_is_the_distance_from_the_closed_form(epsilon):
     [(t, e) for t in (1e-8, 1e-10, 1e-12) for e in (1e-8, 1e-6, 1e-3, 0.3) if (t, e) != (1e-12, 0.3)],
 )
 def test_every_certificate_is_within_its_allowance(tolerance, epsilon):
-    columns = survey.measure_points(bodies(5000, 2, epsilon), 4.0, 16, tolerance)
+    columns = survey.measure_points(bodies(5000, 2, epsilon=epsilon), 4.0, 16, tolerance)
     allowed = tolerance + 2e-15 * np.exp(columns["growth_rate"] * columns["window_end"])
     assert (columns["propagation_error"] <= allowed).all()
     assert (columns["status"] == survey.OK).all()

@@ -7,7 +7,7 @@ import repeated
 from calls import python
 from hypothesis import given
 from hypothesis import strategies as st
-from naive import signed_rate
+from naive import FEWER, bodies, signed_rate
 from numba import config
 from strategies import LANES, point_batches
 
@@ -16,23 +16,10 @@ from kernels.free import exact, linear, rigid_body
 from kernels.near_axis import survey
 
 SETTINGS = (4.0, 16, 1e-10)
-FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 ULP = 2.0**-52
 THEORY = {"omega_squared_theory": 2, "growth_rate_theory": 1, "frequency_theory": 1}
 UNITLESS = ("regime_theory", "shape", "encircles", "growing_fraction", "triangle_margin")
 POWERS = survey.POWERS | THEORY | dict.fromkeys(UNITLESS, 0)
-
-
-def bodies(count, seed=1, **given):
-    """Random points of bodies that can exist, every axis and both senses of spin."""
-    rng = np.random.default_rng(seed)
-    masses = rng.uniform(0.0, 1.0, (3, max(count // FEWER, 32)))  # second moments of mass: any triple can exist
-    moments = masses.sum(axis=0) - masses
-    n = masses.shape[1]
-    points = dict(zip(("I1", "I2", "I3"), moments, strict=True))
-    points |= {"axis": rng.integers(1, 4, n), "omega0": rng.choice([-1, 1], n) * rng.uniform(0.5, 20.0, n)}
-    points |= {"epsilon": np.full(n, 1e-6), "phase": rng.uniform(0, 2 * np.pi, n)}
-    return points | {name: np.broadcast_to(value, n) for name, value in given.items()}
 
 
 def survey_point(I1, I2, I3, axis, omega0=1.0, epsilon=1e-6, phase=0.6, settings=SETTINGS):
