@@ -357,8 +357,6 @@ def test_pictures_that_are_asked_for_at_a_place_in_a_form_for_print(path, tmp_pa
 
 SPECTRA = {  # system → (its grid, the dimension of the spectrum, a variable along it, number of values)
     "mathieu": ({"a": [0.5, 1.5], "q": [0.1, 0.3]}, "multiplier", "multiplier_real", 2),
-    "paul_trap": ({"a": [0.0, 0.01], "q": [0.3, 0.4]}, "multiplier", "multiplier_imag", 4),
-    "gravity_gradient": ({"k1": [0.3, 0.5], "k3": [0.1, 0.2]}, "eigenvalue", "eigenvalue_real", 6),
     "rotor": ({"spin_rate": [0.5, 1.5], "internal_damping": [0.1, 0.2]}, "eigenvalue", "eigenvalue_imag", 4),
     "double_pendulum": ({"mass1": [1.0, 2.0], "length1": [1.0, 2.0]}, "mode", "frequency", 2),
 }

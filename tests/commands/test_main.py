@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -141,26 +142,29 @@ def test_a_reader_that_has_gone_ends_a_command_quietly(words):
     assert process.stderr.count(b"\n") == ("none" in words)
 
 
+@cache
+def output_of(words):
+    """Return the finished process of a command line of `polhode`."""
+    line = f"{shlex.quote(sys.executable)} -m sweeps {words}"
+    return subprocess.run(["sh", "-c", line], capture_output=True, check=False)
+
+
 @pytest.mark.parametrize(
     ("words", "status", "redirection"),
     [("check tiny", 0, "<&- >&- 2>&-"), ("check none", 2, "2>&-"), ("check none", 2, "<&-"), ("--version", 0, ">&-")],
 )
 def test_closed_streams_change_no_exit_status(words, status, redirection):
-    command = f"{shlex.quote(sys.executable)} -m sweeps {words}"
-    lines = (command, f"{command} {redirection}")
-    plain, process = (subprocess.run(["sh", "-c", line], capture_output=True, check=False) for line in lines)
+    plain, process = output_of(words), output_of(f"{words} {redirection}")
     assert process.returncode == plain.returncode == status
     assert process.stdout == (b"" if " >&-" in f" {redirection}" else plain.stdout)
     assert process.stderr == (b"" if "2>&-" in redirection else plain.stderr)
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
-@pytest.mark.parametrize("words", [["--version"], ["check", "tiny"]])
-def test_output_that_finds_no_room_is_said(words):
+def test_output_that_finds_no_room_is_said():
     with open("/dev/full", "w") as full:
-        process = subprocess.run(
-            [sys.executable, "-m", "sweeps", *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False
-        )
+        words = [sys.executable, "-m", "sweeps", "--version"]
+        process = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert process.returncode == 2
     assert "No space left on device; allowed: " in process.stderr
     assert "Traceback" not in process.stderr

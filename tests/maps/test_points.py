@@ -14,7 +14,6 @@ from sweeps.__main__ import main
 from sweeps.maps import storage
 from sweeps.points import catalogue
 from sweeps.points.loading import read_sweep
-from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.refusals import MapError
 from sweeps.shards import content_hash, merging
 from sweeps.shards.shard import write_shard
@@ -40,8 +39,6 @@ GRIDS = {
         "omega0": 1.0,
     },
     "twist": {"I1": {"start": 0.3, "stop": 0.5}, "I2": 0.85, "I3": 1.0, "chi": 0.1, "theta": 1.5, "omega0": 1.0},
-    "double_well": {},
-    "rotating_saddle": {},
 }
 
 
@@ -72,19 +69,9 @@ def test_points_are_one_dimension_with_their_own_coordinates(path):
         assert np.array_equal(ds.omega_squared.values[:3].ravel(), of_bodies.omega_squared.values.ravel())
 
 
-def definition_of(system):
-    """A definition of another system that draws."""
-    grid = GRIDS[system]
-    if not grid:
-        grid = plain(read_text(file_text(catalogue.FOLDER / f"{system}.yaml")))["grid"]
-        ranges = {k: {"start": e["start"], "stop": e["stop"]} for k, e in grid.items() if isinstance(e, dict)}
-        grid = dict(grid) | ranges
-    return {"title": system, "system": system, "sample": {"method": "latin", "num": 24}, "grid": grid}
-
-
-@pytest.mark.parametrize("system", ["symmetric_top", "tumbling", "twist"])
+@pytest.mark.parametrize("system", GRIDS)
 def test_every_system_has_points(system):
-    sweep = read_sweep(definition_of(system))
+    sweep = read_sweep({"system": system, "sample": {"method": "latin", "num": 24}, "grid": GRIDS[system]})
     points = sweep.grid.points(0, sweep.grid.size)
     assert sweep.grid.dims[0] == "point"
     for name, sampled_range in sweep.definition.sampled_ranges.items():

@@ -137,10 +137,6 @@ def test_the_profile_for_slurm_says_what_it_needs(fresh):
     assert "invalid choice" not in answer.stderr
 
 
-def has_no_outputs(folder):
-    return not (folder / "results").exists() and not (folder / ".cache").exists()
-
-
 @pytest.mark.parametrize("name", INVALID)
 def test_what_both_doors_ask_refuses_in_the_same_words(tmp_path, monkeypatch, capsys, name):
     """Without their processes: the Snakefile's first checks, and its message before it exits with 2."""

@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 
@@ -107,6 +109,5 @@ def test_shapes_are_drawn_with_sizes():
     ],
 )
 def test_what_is_no_shape_is_refused(values, words):
-    with pytest.raises(DefinitionError) as error:
+    with pytest.raises(DefinitionError, match=re.escape(words)):
         shape_sweep(**values)
-    assert words in str(error.value)
