@@ -326,7 +326,8 @@ def _verify_map(args):
     """Compare a map with its definition and with points measured again; print each check, and return 1 if one fails."""
     from sweeps.maps import verify
 
-    checks = verify.verify_map(args.map, args.points, args.seed, args.definition, args.any_kernels)
+    sweep = verify.read_expected_sweep(args.map, args.definition)
+    checks = verify.verify(args.map, args.points, args.seed, sweep, args.any_kernels)
     table = printing.table("check", "what was compared", "")
     for check in checks:
         verdict = "differs" if check.findings else f"not checked: {check.skip_reason}" if check.skip_reason else "holds"

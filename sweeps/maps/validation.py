@@ -14,7 +14,7 @@ from xarray.core import indexing
 from sweeps import systems
 from sweeps.reading.definitions import definition_of
 from sweeps.reading.files import FileBytes
-from sweeps.reading.hdf5 import ALLOWED, MAX_TEXT, StoredVariable, Structure, read_structure
+from sweeps.reading.hdf5 import ALLOWED, MAX_TEXT, StoredVariable, read_structure
 from sweeps.reading.limits import MAX_FILE_BYTES
 from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.iteration import runs
@@ -58,25 +58,17 @@ def map_of(path: str | Path) -> Path:
 
 
 def open_file(path: str | Path, any_flags: bool = False) -> xr.Dataset:
-    """Return the content of a file that is a map, complete or not; see `admitted`."""
+    """Return the content of a file that is a map, complete or not; numbers are read on their first use.
+
+    With `any_flags`, flags without a meaning are read as they are; else reading them raises a MapError.
+    """
     try:
         file = FileBytes(path)
     except (OSError, ValueError) as error:
         exists = isinstance(error, PermissionError)
         problem = f"cannot be opened ({error.strerror})" if exists else "there is no such file"
         raise MapError(f"{path}: {problem}; allowed: {ALLOWED}") from None
-    return read_map(path, file, read_structure(file), any_flags)
-
-
-def read_map(path: str | Path, file: FileBytes, structure: Structure, any_flags: bool = False) -> xr.Dataset:
-    """Return the content of a file that is a map; numbers are read on their first use.
-
-    Args:
-        path: of the file, for messages.
-        file: its bytes.
-        structure: its variables and attributes.
-        any_flags: True to read flags without a meaning as they are; else reading them raises a MapError.
-    """
+    structure = read_structure(file)
     try:
         attributes = _global_attributes(structure.attributes)
         contents = _Contents(_file_layout(attributes, structure.variables), structure.variables)

@@ -62,11 +62,18 @@ def verify(
 
     Args:
         path: a map, or its folder.
-        points: number of random points that are measured again.
-        seed: of the random choice of points.
+        points: number of random points that are measured again, 0 to `MAX_SAMPLE_POINTS`.
+        seed: of the random choice of points, 0 or more.
         expected_sweep: the sweep from which the map should have been made; None for the definition in the file.
         any_kernels: True to accept a map that was made by different kernels or on a different machine.
+
+    Raises:
+        DefinitionError: for a number of points or a seed that is out of range.
     """
+    if not 0 <= points <= MAX_SAMPLE_POINTS:
+        raise DefinitionError(f"--points: {points} is out of range; allowed: 0 to {MAX_SAMPLE_POINTS:,}")
+    if seed < 0:
+        raise DefinitionError(f"--seed: {seed} is out of range; allowed: 0 or more")
     with storage.open_map(path, any_flags=True) as ds:
         checks = [_check_content(ds)]
         sweep, check = _check_definition(ds, expected_sweep)
@@ -463,30 +470,7 @@ def _check_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
     yield Check("errors", f"{num_compared} errors against closed forms and theory", _shorten(findings))
 
 
-# -- the command
-
-
-def verify_map(path: str, points: int, seed: int, definition: str | None, any_kernels: bool) -> list[Check]:
-    """Return the checks of `verify` for the options of its command.
-
-    Args:
-        path: a map, or its folder.
-        points: number of random points that are measured again, 0 to `MAX_SAMPLE_POINTS`.
-        seed: of the random choice of points, 0 or more.
-        definition: name or path of the expected definition; None for the shipped sweep named like the map's folder.
-        any_kernels: True to accept a map that was made by different kernels or on a different machine.
-
-    Raises:
-        DefinitionError: for a value that is out of range, and a definition that cannot be read.
-    """
-    if not 0 <= points <= MAX_SAMPLE_POINTS:
-        raise DefinitionError(f"--points: {points} is out of range; allowed: 0 to {MAX_SAMPLE_POINTS:,}")
-    if seed < 0:
-        raise DefinitionError(f"--seed: {seed} is out of range; allowed: 0 or more")
-    return verify(path, points, seed, _expected_sweep(path, definition), any_kernels)
-
-
-def _expected_sweep(path: str, definition: str | None) -> Sweep | None:
+def read_expected_sweep(path: str | Path, definition: str | None) -> Sweep | None:
     """Return the sweep of a definition. If `definition` is None, use the shipped sweep named like the map's folder."""
     folder = Path(os.path.realpath(validation.map_of(path))).parent
     shipped_files = catalogue.shipped_files() if folder.parent.name == "results" else {}

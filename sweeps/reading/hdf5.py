@@ -250,10 +250,6 @@ def _places(name: str, dataset: h5py.Dataset) -> dict:
     chunk = properties.get_chunk()
     if math.prod(chunk) * dataset.dtype.itemsize > MAX_CHUNK_BYTES:
         raise _RefusedError(f"{name}: has chunks of {math.prod(chunk):,} values; allowed: {MAX_CHUNK_BYTES:,} bytes")
-    num_chunks = math.prod(-(-n // m) for n, m in zip(dataset.shape, chunk, strict=True))
-    number = dataset.id.get_num_chunks() if dataset.id.get_storage_size() else 0
-    if number != num_chunks:
-        raise _RefusedError(f"{name}: declares {num_chunks:,} chunks and holds {number:,}; allowed: a whole map")
     places = []
     dataset.id.chunk_iter(lambda c: places.append([*c.chunk_offset, c.filter_mask, c.byte_offset, c.size]))
     return {"places": places, "chunk": chunk, "filters": filters}

@@ -58,7 +58,7 @@ def parts_from_child(
     """Yield the parts that a function yields in a child process.
 
     Args:
-        work: yields parts of at most `MOST_ANSWER_BYTES`.
+        work: yields parts of at most `MAX_ANSWER_BYTES`.
         seconds: processor time of the child, s.
         memory: bytes of memory that it may use; left out, `MAX_BYTES`; infinite if it may also open files, a user's own
             program, and its time alone is bounded.
