@@ -19,6 +19,8 @@ from sweeps.schema.refusals import DefinitionError
 
 ROOT = Path(__file__).parents[2]
 OWN_DEFINITION = {"axes": [1, 3], "grid": {"I1": [1.0, 2.0], "I2": 1.5, "I3": 3.0, "omega0": [-2.0, 1.0]}, "shards": 3}
+OWN_DEFINITION["integration"] = {"variables": ["omega_squared", "omega_squared_theory", "regime", "status"]}
+OWN = ("--config", "definition=own.json", "--")
 BAD = "grid: {I1: 1.0, I2: -2.0, I3: .nan, omega0: 1.0, ipsilon: 0.1}\n"
 INVALID = {
     "values.yaml": BAD,
@@ -43,41 +45,31 @@ def fresh(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def workflow_copy(tmp_path_factory):
-    """A copy, with this checkout's kernels, in which the maps of tiny and of a JSON definition have been made."""
+    """A copy, with this checkout's kernels, in which all outputs of a JSON definition have been made."""
     folder = copy_sources(tmp_path_factory.mktemp("made"))
     compiled.share(folder, folder / ".cache")
     (folder / "own.json").write_text(json.dumps(OWN_DEFINITION))
-    targets = ["results/tiny/stability_map.nc", "results/own/stability_map.nc"]
-    process = snakemake(folder, "--config", "definition=own.json", "--", *targets)
+    process = snakemake(folder, *OWN)
     assert process.returncode == 0, process.stderr
     return folder
 
 
 @pytest.mark.slow
-def test_tiny_end_to_end(workflow_copy):
-    process = snakemake(workflow_copy, "results/tiny/figures", "results/tiny/report.html")
-    assert process.returncode == 0, process.stderr
-    with sweeps.open_map(workflow_copy / "results/tiny/stability_map.nc") as ds:
-        assert ds.attrs["content_hash"] == sweeps.survey("tiny").attrs["content_hash"]
-    assert not list(workflow_copy.glob("results/*/shards/*.nc"))
-    pictures = {path.name for path in (workflow_copy / "results/tiny/figures").iterdir()}
-    assert {"stability_axis_1.png", "theory_against_measured.png", "polhodes.png", "flip.gif"} <= pictures
-    assert (
-        workflow_copy / "results/tiny/report.html"
-    ).stat().st_size > 700_000  # Plotly's plane charts are 661,524 of it
-
-
-@pytest.mark.slow
-def test_a_definition_in_json_by_its_path(workflow_copy):
-    with sweeps.open_map(workflow_copy / "results/own/stability_map.nc") as ds:
+def test_a_definition_in_json_end_to_end(workflow_copy):
+    """The shipped `tiny`, with all its pictures, is run by .ci/run."""
+    folder = workflow_copy / "results/own"
+    with sweeps.open_map(folder / "stability_map.nc") as ds:
         assert ds.attrs["content_hash"] == sweeps.survey(OWN_DEFINITION).attrs["content_hash"]
         assert json.loads(ds.attrs["definition"]) == OWN_DEFINITION
-    assert len(list(workflow_copy.glob("results/own/logs/shard-*-of-3.log"))) == 3
+    assert len(list(folder.glob("logs/shard-*-of-3.log"))) == 3
+    assert not list(folder.glob("shards/*.nc"))
+    assert list(folder.glob("figures/*.png"))
+    assert (folder / "report.html").stat().st_size > 700_000  # Plotly's plane charts are 661,524 of it
 
 
 @pytest.mark.slow
 def test_an_edited_kernel_runs_the_sweep_again(workflow_copy):
-    arguments = ("-n", "results/tiny/stability_map.nc")
+    arguments = ("-n", *OWN, "results/own/stability_map.nc")
     assert "Nothing to be done" in snakemake(workflow_copy, *arguments).stdout
     kernel = workflow_copy / "kernels" / "free" / "linear.py"
     before = kernel.read_text()
@@ -88,8 +80,8 @@ def test_an_edited_kernel_runs_the_sweep_again(workflow_copy):
         kernel.write_text(before)
     output = process.stdout + process.stderr
     assert process.returncode == 0
-    assert "Measuring shard 2 of 2 of tiny" in output
-    assert "Merging the shards of tiny" in output
+    assert "Measuring shard 2 of 3 of own" in output
+    assert "Merging the shards of own" in output
     assert "Params have changed since last execution" in output
 
 
@@ -99,9 +91,7 @@ def test_an_edited_definition_runs_its_sweep_again(workflow_copy):
     before = definition.read_text()
     definition.write_text(json.dumps(OWN_DEFINITION | {"axes": [2]}))
     try:
-        process = snakemake(
-            workflow_copy, "-n", "--config", "definition=own.json", "--", "results/own/stability_map.nc"
-        )
+        process = snakemake(workflow_copy, "-n", *OWN, "results/own/stability_map.nc")
     finally:
         definition.write_text(before)
     assert "Measuring shard 3 of 3 of own" in process.stdout + process.stderr
