@@ -15,7 +15,7 @@ from sweeps.schema.refusals import RefusedError
 
 SHIPPED = catalogue.shipped_files()
 QUICK = ("tiny", "bodies", "cubesats", "symmetric", "twist", "tumblers")
-SLOW = ("breakdown", "dimorphos", "mathieu", "pendulum", "pumped_shapes", "rotor", "shapes", "tumbling")  # of each kind
+SLOW = ("breakdown", "dimorphos", "mathieu", "pendulum", "pumped_shapes", "rotor", "shapes", "tumbling")
 
 
 @cache
