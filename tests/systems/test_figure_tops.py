@@ -56,7 +56,7 @@ def test_a_sphere_has_no_cones(tops):
 
 @pytest.mark.parametrize("ratio", [0.5, 1.8])
 def test_the_cones_are_those_of_the_motion(ratio):
-    """Angles of the angular velocity and of the figure axis to L, from quaternions."""
+    """Angles of the angular velocity and of the figure axis to L, from quaternions; it turns with L/I1."""
     trajectory = SYSTEM.motion({"ratio": ratio, "omega3": 2.0, "half_angle": 25.0}, 7.0, 15, 1e-10)
     attitude = Rotation.from_quat(np.stack([trajectory[f"q{i}"] for i in range(4)], axis=1), scalar_first=True)
     omega = np.stack([trajectory[f"omega{i}"] for i in (1, 2, 3)], axis=1)
@@ -71,4 +71,5 @@ def test_the_cones_are_those_of_the_motion(ratio):
     np.testing.assert_allclose(angle(axis, to_L), theta, atol=1e-13)
     np.testing.assert_allclose(angle(in_space, to_L), abs(body_cone), atol=1e-13)
     np.testing.assert_allclose(angle(in_space, axis), np.radians(25.0), atol=1e-13)
+    np.testing.assert_allclose(Rotation.from_rotvec(0.5 * L).apply(axis[:-1]), axis[1:], atol=1e-13)
     assert (body_cone > 0) == (ratio > 1)
