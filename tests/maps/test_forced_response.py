@@ -5,6 +5,7 @@ import json
 import mpmath
 import numpy as np
 import pytest
+from described import flow
 from PIL import Image
 from scipy.integrate import solve_ivp
 
@@ -79,10 +80,7 @@ def test_a_resonance_without_damping_is_missing_and_a_frequency_beside_it_is_not
 
 
 def test_states_and_many_coordinates_respond_too():
-    relay = System("Relay")
-    x = relay.state("x", bounds=(-1, 1), size=1)
-    relay.rate(x, -2 * x)
-    relay.equilibrium("rest", {x: 0})
+    relay = flow(lambda x: [-2 * x], "x", places={"rest": [0]})
     answer = sweeps.response(sweeps.survey(system=relay), {"x": 1.0}, [1.5]).squeeze()
     np.testing.assert_allclose(answer.response_amplitude, 0.4, rtol=1e-13)  # 1/|2 + 1.5i|
     np.testing.assert_allclose(answer.response_phase, -np.arctan(0.75), rtol=1e-12)

@@ -8,6 +8,7 @@ import os
 import numpy as np
 import pytest
 import sympy as sp
+from described import T, flow, particle
 from scipy.integrate import solve_ivp
 from test_jumps import solve_between
 
@@ -210,18 +211,13 @@ def test_the_branches_of_a_resonance_that_bends_over():
 )
 def test_drives_of_other_shapes(shape, stiffness, place):
     """x'' + 0.1 x' + k(t) x + x³ = F shape(t): the motion closes by DOP853, and is the small one."""
-    system = System("Shapes")
-    F, x, t = system.parameter("force", default=0.1), system.coordinate("x", bounds=(-2, 2), size=1), system.time
-    system.kinetic_energy(system.velocity(x) ** 2 / 2)
-    system.potential(stiffness(t) * x**2 / 2 + x**4 / 4)
-    system.dissipation(0.1 * system.velocity(x) ** 2 / 2)
-    system.force(x, F * shape(t))
-    system.period(2 * sp.pi)
-    system.equilibrium("rest", {x: place})
+    settings = {"bounds": (-2, 2), "size": 1, "period": 2 * sp.pi, "places": {"rest": [place]}, "force": 0.1}
+    V = lambda x, force: stiffness(T) * x**2 / 2 + x**4 / 4 - force * x * shape(T)  # noqa: E731
+    system = particle(V, R=lambda v, force: 0.1 * v**2 / 2, **settings)
     points = {"force": np.array([0.1, 1.0]), "epsilon": np.full(2, 1e-8), "equilibrium": np.zeros(2, dtype=int)}
     columns = periodic.survey(Model(system), points, 1e-12)
     assert columns["status"].tolist() == [OK] * 2
-    function = sp.lambdify(t, [shape(t), stiffness(t)])
+    function = sp.lambdify(T, [shape(T), stiffness(T)])
     for i, force in enumerate(points["force"]):
 
         def rates(t, y, force=force):
@@ -306,16 +302,9 @@ def by_scipy(model, f, point, columns, i):
 @pytest.mark.parametrize("place", [0.0, 0.4])
 def test_states_and_moving_names_beside_jumps(place):
     """x' = y, y' = -c y - x - x³ + F sign(cos(t)), z' = x² - z: closed by DOP853; from rest, and from a start."""
-    system = System("States")
-    F, x, y, z = (
-        system.parameter("force", default=0.1),
-        *(system.state(name, bounds=(-2, 2), size=1) for name in "xyz"),
-    )
-    system.rate(x, y)
-    system.rate(y, -y / 10 - x - x**3 + F * sp.sign(sp.cos(system.time)))
-    system.rate(z, x**2 - z)
+    rates = lambda x, y, z, force: (y, -y / 10 - x - x**3 + force * sp.sign(sp.cos(T)), x**2 - z)  # noqa: E731
+    system = flow(rates, "xyz", (-2, 2), places={"rest": [place, 0, 0]}, force=0.1)
     system.period(2 * sp.pi)
-    system.equilibrium("rest", {x: place, y: 0, z: 0})
     points = {"force": np.array([0.05, 0.3]), "epsilon": np.full(2, 1e-8), "equilibrium": np.zeros(2, dtype=int)}
     columns = periodic.survey(Model(system), points, 1e-12)
     assert columns["status"].tolist() == [OK] * 2

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import relative
 import sympy as sp
+from described import flow
 
-from sweeps.mechanics import System
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.first_order import _solve_by_order, gather_terms, graph
 from sweeps.mechanics.graph import Values
@@ -63,26 +63,18 @@ def test_a_pendulum_in_a_turning_plane_is_half_as_long_by_the_inverse():
 
 
 def test_a_tangent_beside_its_sine_or_cosine_keeps_every_factor():
-    system = System("Tangents")
-    k = system.parameter("k", "1", default=2.0)
-    u, v = (system.state(name, "rad", bounds=(-1, 1)) for name in "uv")
-    rates = (k * sp.tan(u) * sp.sin(u) + sp.cos(u) * v, sp.tan(u) / sp.cos(u) - v)
-    for state, rate in zip((u, v), rates, strict=True):
-        system.rate(state, rate)
-    g = graph(derive(system))
-    place = (0.3, -0.2)
-    for rate in rates:
+    rates = lambda u, v, k: (k * sp.tan(u) * sp.sin(u) + sp.cos(u) * v, sp.tan(u) / sp.cos(u) - v)  # noqa: E731
+    system, place = flow(rates, "uv", (-1, 1), k=2.0), (0.3, -0.2)
+    g, (k,), (u, v) = graph(derive(system)), (p.symbol for p in system.parameters.values()), system.rates
+    for rate in system.rates.values():
         exact = float(rate.subs({k: 2.0, u: place[0], v: place[1]}))
         assert value(g, rate, {k: 2.0}, place) == pytest.approx(exact, rel=1e-14)
 
 
 def test_terms_of_one_motion_and_of_one_factor_are_multiplied_once():
-    system = System("Shared")
-    k, n = (system.parameter(name, "1", default=2.0) for name in "kn")
-    u, v, w = (system.state(name, bounds=(-1, 1)) for name in "uvw")
-    rate = k * u * v + n * u * w + n * u * v - w
-    for state in (u, v, w):
-        system.rate(state, rate)
+    system = flow(lambda u, v, w, k, n: [k * u * v + n * u * w + n * u * v - w] * 3, "uvw", (-1, 1), k=2.0, n=2.0)
+    (u, v, w), (k, n) = system.rates, (p.symbol for p in system.parameters.values())
+    rate = system.rates[u]
     g = graph(derive(system))
     products = [node for node in g.nodes if node.kind == "mul" and all(map(g.depends_on_states, node.operands))]
     assert len(products) == 1  # u (k v + n v + n w) - w

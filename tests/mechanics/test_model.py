@@ -4,6 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from described import particle
 from oscillators import LIBRARY, description_of, points
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
@@ -329,11 +330,8 @@ def test_log_slope_is_the_rate_where_its_window_holds_it(models):
 
 def test_the_energy_of_a_narrow_well_is_watched():
     """exp(-1250 (x - 1)²), expanded, is a product of exp(2500 x) and exp(-1250): infinity times 0, a drift of 0."""
-    system = System("Narrow well")
-    w, x = system.parameter("width", default=0.02, positive=True), system.coordinate("x", bounds=(-3, 3))
-    system.kinetic_energy(system.velocity(x) ** 2 / 2)
-    system.potential(-(w**2) * sp.exp(-((x - 1) ** 2) / (2 * w**2)))
-    system.equilibrium("well", {x: 1})
+    V = lambda x, w: -(w**2) * sp.exp(-((x - 1) ** 2) / (2 * w**2))  # noqa: E731
+    system = particle(V, bounds=(-3, 3), places={"well": [1]}, width=0.02)
     indices = {"equilibrium": np.zeros(1, int), "mode": np.zeros(1, int), "phase": np.zeros(1)}
     result = Model(system).survey(indices | {"width": np.array([0.02]), "epsilon": np.array([1e-3])})
     assert 0.0 < result["energy_drift"][0] < 1e-13
@@ -382,12 +380,7 @@ def test_functions_of_parameters_alone_are_numbers(name, place):
 
 
 def test_a_function_without_values_is_refused_by_its_name():
-    system = System("No values")
-    a = system.parameter("a", default=0.3)
-    x = system.coordinate("x", bounds=(-1, 1), size=1)
-    system.kinetic_energy(system.velocity(x) ** 2 / 2)
-    system.potential(sp.Function("f")(a) * x**2)
-    system.equilibrium("rest", {x: 0})
+    system = particle(lambda x, a: sp.Function("f")(a) * x**2, size=1, places={"rest": [0]}, a=0.3)
     with pytest.raises(DescriptionError, match="f has no values in NumPy or SciPy"):
         Model(system).equilibria([np.ones(1)])
 

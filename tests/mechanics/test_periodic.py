@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from described import T, particle
+from described import T, flow, particle
 from multipliers import TRACES, VALUES, check_errors, solve_with_perturbations
 from scipy.integrate import solve_ivp
 
@@ -604,16 +604,15 @@ def test_a_function_is_as_steep_as_it_varies_whatever_its_terms(name):
 @pytest.mark.parametrize("B", [3.0, 2.0000001, 2.0])
 def test_a_satellites_platform_may_be_nearly_symmetric(B):
     """A rotor's wobble on a rotating platform of inertias 2 and B: the trace against SciPy's DOP853."""
-    system = System("Dual spin")
-    b, t, rate = system.parameter("B", default=3.0, positive=True), system.time, 3
-    x, y = (system.state(name, bounds=(-1, 1)) for name in ("L1", "L2"))
-    u, v = sp.cos(rate * t), sp.sin(rate * t)
-    J = sp.Matrix([[1 + 2 * u**2 + b * v**2, (2 - b) * u * v], [(2 - b) * u * v, 1 + 2 * v**2 + b * u**2]])
-    omega = J.adjugate() * sp.Matrix([x, y]) / J.det()
-    system.rate(x, omega[1])
-    system.rate(y, -omega[0])
-    system.period(2 * sp.pi / rate)
-    system.equilibrium("spin", {x: 0, y: 0})
+    u, v = sp.cos(3 * T), sp.sin(3 * T)
+
+    def described_rates(x, y, b):
+        J = sp.Matrix([[1 + 2 * u**2 + b * v**2, (2 - b) * u * v], [(2 - b) * u * v, 1 + 2 * v**2 + b * u**2]])
+        omega = J.adjugate() * sp.Matrix([x, y]) / J.det()
+        return omega[1], -omega[0]
+
+    system = flow(described_rates, "xy", (-1, 1), places={"spin": [0, 0]}, B=3.0)
+    system.period(2 * sp.pi / 3)
 
     def rates(time, L):
         rotation = np.array([[np.cos(3 * time), np.sin(3 * time)], [-np.sin(3 * time), np.cos(3 * time)]])

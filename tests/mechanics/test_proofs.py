@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 import sympy as sp
+from described import flow
 
-from sweeps.mechanics import System, relative
+from sweeps.mechanics import relative
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import is_proved_stable
 from sweeps.points import catalogue
@@ -51,15 +52,10 @@ def test_check_says_what_is_proved(capsys):
     assert catalogue.plan_sweep(catalogue.find_definition("tiny")).sweep.system.proofs(None) == ()
 
 
-def is_proved(rates, quantities, place, bounds=(-9.0, 9.0)):
+def is_proved(rates, quantities, place):
     """Return whether conserved quantities, functions of the states, prove that a place of x' = rates(x) is stable."""
-    system = System("Made", most=1)
-    states = [system.state(f"x{k}", bounds=bounds) for k in range(len(place))]
-    for state, rate in zip(states, rates(*states), strict=True):
-        system.rate(state, rate)
-    for k, quantity in enumerate(quantities):
-        system.conserved(quantity(*states), f"C{k}")
-    system.equilibrium("place", dict(zip(states, place, strict=True)))
+    conserved = {f"C{k}": quantity for k, quantity in enumerate(quantities)}
+    system = flow(rates, "xyuv"[: len(place)], most=1, places={"place": place}, conserved=conserved)
     return is_proved_stable(Model(system), [np.zeros(1)], np.array([place], dtype=float), np.zeros((1, len(place))))[0]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import relative
 import sympy as sp
+from described import flow
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
@@ -111,12 +112,9 @@ def test_errors_cover_where_a_small_state_feels_large_ones(epsilon):
 def of_matrices(matrices):
     """Columns of the linear systems x' = A x."""
     count, n, _ = matrices.shape
-    system = System("Linear")
-    rates = [[system.parameter(f"a{i}{j}", "s-1", default=1.0 + 2 * i + j * j) for j in range(n)] for i in range(n)]
-    x = [system.state(f"x{i}", bounds=(-1, 1)) for i in range(n)]
-    for state, row in zip(x, rates, strict=True):
-        system.rate(state, sum(a * y for a, y in zip(row, x, strict=True)))
-    system.equilibrium("rest", dict.fromkeys(x, 0))
+    defaults = {f"a{i}{j}": 1.0 + 2 * i + j * j for i in range(n) for j in range(n)}
+    rates = lambda *x: sp.Matrix(n, n, x[n:]) * sp.Matrix(x[:n])  # noqa: E731
+    system = flow(rates, [f"x{i}" for i in range(n)], (-1, 1), places={"rest": [0] * n}, **defaults)
     points = {f"a{i}{j}": np.repeat(matrices[:, i, j], n) for i in range(n) for j in range(n)}
     points |= {"epsilon": np.full(n * count, 1e-30), "equilibrium": np.zeros(n * count, dtype=int)}
     return Model(system).survey(points | {"eigenvalue": np.tile(np.arange(1, n + 1), count)})
@@ -372,11 +370,8 @@ def test_zero_eigenvalues_of_a_family_are_its_own():
 @pytest.mark.parametrize("place", [0.27392337, 0.62654048, -0.71480855])
 def test_errors_cover_how_well_a_place_is_known(place, gap):
     """(x - a) (x - b) multiplied out: the slope at its roots is ± (b - a), and 0 at a double root."""
-    system = System("Two roots", most=2)
-    x, y = (system.state(name, "1", bounds=(-2, 2), size=1) for name in "xy")
     a, b = sp.Float(place), sp.Float(place + gap)
-    system.rate(x, x**2 - (a + b) * x + a * b + y)
-    system.rate(y, -y)
+    system = flow(lambda x, y: (x**2 - (a + b) * x + a * b + y, -y), "xy", (-2, 2), most=2)
     with mpmath.workdps(40):  # the numbers that the machine has
         half = mpmath.mpf(float(a + b)) / 2
         square = half**2 - mpmath.mpf(float(a * b))
