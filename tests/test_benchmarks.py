@@ -13,10 +13,8 @@ import numpy as np
 import pytest
 import race
 import random_motions
-from scipy.spatial.transform import Rotation
 
 from kernels.estimator.statuses import OK
-from kernels.free import exact
 
 SCRIPT = Path(race.__file__)
 
@@ -109,22 +107,3 @@ def test_engines_are_a_group_of_dependencies_and_each_is_a_row_of_the_table():
     brick = {(cells[1], cells[2], cells[4]): float(cells[5]) for cells in table if cells[0] == "MuJoCo"}
     assert brick["4.0.0", "implicitfast", "10 ms"] > 1000 * brick["3.10.0", "implicitfast", "10 ms"]
     assert brick["4.0.0", "RK4", "10 ms"] < 1e-8 < brick["3.10.0", "RK4", "10 ms"]
-
-
-@pytest.mark.parametrize("case", engines.CASES)
-def test_an_engines_error_is_the_angle_to_the_exact_attitude(case):
-    q = exact.attitude(*engines.CASES[case], [engines.DURATION])[0]
-    assert engines.error(case, q) < 1e-13  # rounding, in degrees
-    turned = (Rotation.from_quat(q, scalar_first=True) * Rotation.from_rotvec([0.2, -0.1, 0.2], degrees=True)).as_quat(
-        scalar_first=True
-    )
-    assert engines.error(case, turned) == pytest.approx(0.3, abs=1e-12)  # rounding
-    assert engines.error(case, -turned) == pytest.approx(0.3, abs=1e-12)
-
-
-def test_an_engine_that_is_not_installed_is_a_row_that_says_why(tmp_path):
-    row = engines.Row("mujoco", "MuJoCo", "no-such-engine", "1.0", "RK4", 0.002, "")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engines, "ROWS", (row,))
-        patch.setattr(engines, "attitude", lambda *_: engines.run_here(row, "brick"))
-        assert "| not run: no-such-engine is not installed |  |" in engines.cells(row, None)

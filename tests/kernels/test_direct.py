@@ -10,7 +10,6 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from naive import taylor_terms, truncation
 from numba import config
-from scipy.integrate import solve_ivp
 
 from kernels.free import direct, exact, rigid_body, taylor
 
@@ -212,31 +211,6 @@ def test_the_choice_at_the_ends_of_its_range():
     assert direct.choose_steps(math.nan, 1e-3, small, 64, 1e-10) == (0, 1)
     assert direct.choose_steps(0.5, 1.0, large, 64, 1e-60)[1] == 10_000
     assert direct.choose_steps(1e20, 1.0, large, 64, 1e-10)[1] == 10_000
-
-
-@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="40 bodies in plain Python are slow")
-@pytest.mark.parametrize("count", [15, pytest.param(100, marks=pytest.mark.slow)])
-def test_agrees_with_scipy_on_random_bodies(count):
-    rng = np.random.default_rng(3)
-    times = np.linspace(0, 8 * np.pi, 5)
-    for _ in range(count):
-        moments, angle, e2 = random_body(rng), rng.uniform(0, 2 * np.pi), 1e-12
-        c = np.array(rigid_body.euler_coefficients(*moments))
-        # a perturbation of 1e-6, in its own unit, so that SciPy's tolerances are relative to it
-        scaled = solve_ivp(
-            lambda t, w, c=c, e2=e2: (c[0] * e2 * w[1] * w[2], c[1] * w[2] * w[0], c[2] * w[0] * w[1]),
-            (0, times[-1]),
-            [1.0, np.cos(angle), np.sin(angle)],
-            method="DOP853",
-            t_eval=times,
-            rtol=1e-13,
-            atol=1e-14,
-        ).y.T
-        start = [1.0, 1e-6 * np.cos(angle), 1e-6 * np.sin(angle)]
-        ours = direct.rotation(moments, start, times, 1e-10)
-        size = np.maximum.accumulate(np.hypot(scaled[:, 1], scaled[:, 2]))
-        error = np.hypot(ours[:, 1] * 1e6 - scaled[:, 1], ours[:, 2] * 1e6 - scaled[:, 2]) / size
-        assert error.max() < 1e-10
 
 
 def transverse_error(moments, start, axis, times, tolerance):

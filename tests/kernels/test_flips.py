@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from naive import bodies
 from numba import config
-from scipy.integrate import solve_ivp
 
 from kernels.events import flips
 from kernels.free import exact, rigid_body
@@ -33,39 +32,6 @@ def test_measured_flips_and_tilts_are_the_exact_ones(epsilon):
     # the bar is 1e-9; the search has the tolerance 1e-10
     np.testing.assert_allclose(flip_columns["flip_period"][sure], flip_columns["flip_period_exact"][sure], rtol=1e-10)
     np.testing.assert_allclose(flip_columns["max_tilt"][sure], flip_columns["max_tilt_exact"][sure], rtol=1e-10)
-
-
-def by_scipy(moments, start):
-    """Time from the last change of sign of the first component to the next, and the largest tilt on the way there."""
-    c = rigid_body.euler_coefficients(*moments)
-    times, tilts = [], []
-    for direction in (1, -1):
-
-        def motion(_, w, c=c, d=direction):
-            return d * c[0] * w[1] * w[2], d * c[1] * w[2] * w[0], d * c[2] * w[0] * w[1]
-
-        def flip(_, w):
-            return w[0]
-
-        flip.terminal = True
-        end = solve_ivp(
-            motion, (0, 300), start, method="DOP853", events=flip, rtol=1e-12, atol=1e-14, dense_output=True
-        )
-        times.append(end.t_events[0][0])
-        along = end.sol(np.linspace(0, end.t[-1], 20001))
-        tilts.append(np.arctan2(np.hypot(along[1], along[2]), along[0]).min())
-    return sum(times), np.pi - min(tilts)
-
-
-@pytest.mark.parametrize("phase", [0.0, 0.6, 2.0, 3.0, 5.0])
-def test_against_scipys_own_events(phase):
-    moments, epsilon = (1.9, 1.2, 2.4), 1e-2
-    flip_columns = columns(dict(zip(NAMES, (*moments, 1, 1.0, epsilon, phase), strict=True)))
-    period, tilt = by_scipy(moments, [1.0, epsilon * np.cos(phase), epsilon * np.sin(phase)])
-    assert flip_columns["flip_period"][0] == pytest.approx(period, rel=1e-9)  # SciPy's 1e-12, grown a hundredfold
-    assert flip_columns["max_tilt"][0] == pytest.approx(
-        tilt, abs=1e-7
-    )  # the least of 20,001 points is off by their spacing²
 
 
 @pytest.mark.compiled
