@@ -12,7 +12,7 @@ KINDS = [(word, name) for word, kinds in planted_faults.kinds().items() for name
 TIMES = np.linspace(0.0, 30.0, 61)
 QUICK = [  # these faults need searches that no test below reaches
     ("space_rates", "space"), ("left_handed", "matrix"), ("not_unit", "growing"), ("gap", "missing"), ("gap", "lost"),
-    ("torque", "body"),
+    ("momentum_drift", "rates alone"),
 ]  # fmt: skip
 
 

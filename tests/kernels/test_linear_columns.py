@@ -64,7 +64,7 @@ def starts(random, n):
 
 
 def test_the_axis_encircled_is_that_of_the_difference_in_60_digits():
-    start = starts(np.random.default_rng(4), 3000)
+    start = starts(np.random.default_rng(4), 2000)
     flags = linear.predict_columns(Spins(*start))["encircles"]
     undecided = 0
     for I1, I2, I3, axis, _, epsilon, phase, flag in zip(*start, flags, strict=True):
@@ -80,7 +80,8 @@ def test_the_axis_encircled_is_that_of_the_difference_in_60_digits():
             undecided += 1
             assert abs(N) < 40 * 2.0**-52 * size
         else:
-            assert flag == (linear.MAJOR_AXIS if N > 0 else linear.MINOR_AXIS)
+            axis = linear.MAJOR_AXIS if N > 0 else linear.MINOR_AXIS
+            assert flag == (axis if size > 0 else linear.NO_AXIS)  # a steady spin in the plane of two equal moments
     assert 10 < undecided < 300  # few are as near the separatrix as doubles resolve
 
 
