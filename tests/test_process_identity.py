@@ -11,17 +11,11 @@ import pytest
 from sweeps.process import files, process_identity
 
 
-def mark_with(number=None, **parts):
+def mark_with(**parts):
     """Return this process's mark, with some fields replaced."""
-    host, boot, space, own_number, begin = process_identity.process_mark().split("-")
-    fields = {
-        "host": host,
-        "boot": boot,
-        "space": space,
-        "number": own_number if number is None else str(number),
-        "begun": begin,
-    }
-    return "-".join((fields | {key: str(value) for key, value in parts.items()}).values())
+    names = ("host", "boot", "space", "number", "begun")
+    fields = dict(zip(names, process_identity.process_mark().split("-"), strict=True)) | parts
+    return "-".join(map(str, fields.values()))
 
 
 @pytest.fixture
@@ -34,14 +28,14 @@ def dead_process():
 
 def test_this_process_lives_and_an_ended_one_does_not(dead_process):
     assert not process_identity.is_over(process_identity.process_mark(), silence=1e9)
-    assert process_identity.is_over(mark_with(dead_process), silence=0.0)
+    assert process_identity.is_over(mark_with(number=dead_process), silence=0.0)
 
 
 def test_a_process_that_nobody_waited_for_has_ended():
     process = subprocess.Popen([sys.executable, "-c", ""], stdout=subprocess.PIPE)
     process.stdout.read()
     os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
-    assert process_identity.is_over(mark_with(process.pid, begun=0), silence=0.0)
+    assert process_identity.is_over(mark_with(number=process.pid, begun=0), silence=0.0)
     process.wait()
 
 
@@ -55,20 +49,24 @@ def test_a_number_that_another_program_has_now_is_over():
 def test_processes_elsewhere_are_given_a_day(elsewhere, dead_process):
     """On another machine, or in a container with the same name, numbers name different processes."""
     for number in (os.getpid(), dead_process):
-        assert not process_identity.is_over(mark_with(number, **elsewhere), silence=process_identity.DAY - 1)
-        assert process_identity.is_over(mark_with(number, **elsewhere), silence=process_identity.DAY + 1)
+        assert not process_identity.is_over(mark_with(number=number, **elsewhere), silence=process_identity.DAY - 1)
+        assert process_identity.is_over(mark_with(number=number, **elsewhere), silence=process_identity.DAY + 1)
 
 
 def test_leftovers_of_dead_processes_go_and_those_of_living_ones_stay(tmp_path, dead_process):
     folders = [
         tmp_path / f".figures.{mark}.abc.part"
-        for mark in (mark_with(dead_process), process_identity.process_mark(), mark_with(dead_process, space=1))
+        for mark in (
+            mark_with(number=dead_process),
+            process_identity.process_mark(),
+            mark_with(number=dead_process, space=1),
+        )
     ]
     for leftover in folders:
         leftover.mkdir()
         (leftover / "made").mkdir()
         (leftover / "made/bodies.png").write_bytes(b"half")
-    single = tmp_path / f".map.nc.{mark_with(dead_process)}.abc.part"
+    single = tmp_path / f".map.nc.{mark_with(number=dead_process)}.abc.part"
     single.write_bytes(b"half")
     with files.replace_output(tmp_path / "figures", is_folder=True) as folder:
         assert re.search(re.escape(process_identity.process_mark()), str(folder))

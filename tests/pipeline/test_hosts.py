@@ -17,6 +17,7 @@ from pathlib import Path
 import damages
 import pytest
 from maps import write
+from test_process_identity import mark_with
 from workspaces import wait_for
 
 import sweeps
@@ -85,11 +86,6 @@ def without_locks(folder, monkeypatch):
     return folder / "results/a/.running"
 
 
-def mark(**parts):
-    names = ("host", "boot", "space", "number", "begun")
-    return "-".join((dict(zip(names, process_identity.process_mark().split("-"), strict=True)) | parts).values())
-
-
 CLAIMS = {
     "a living process": ({}, 0, False),
     "a number that nobody has": ({"number": "99999999"}, 0, True),
@@ -101,7 +97,7 @@ CLAIMS = {
 @pytest.mark.parametrize("name", CLAIMS)
 def test_without_locks_a_claim_holds_by_its_word_while_it_is_renewed(without_locks, name):
     fields, ago, is_free = CLAIMS[name]
-    without_locks.write_text(mark(**fields))
+    without_locks.write_text(mark_with(**fields))
     os.utime(without_locks, (time.time() - ago,) * 2)
     if not is_free:
         with pytest.raises(DefinitionError, match="another run is active there"):
