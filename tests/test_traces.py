@@ -16,7 +16,7 @@ DEPENDENCIES = (
 )
 IMPORTS = f"import importlib\nfor other in {DEPENDENCIES.split()!r}: importlib.import_module(other)\n"
 SEEN = """
-import gc, json, os, signal, sys, threading, warnings
+import gc, json, logging, os, signal, sys, threading, warnings
 import matplotlib, multiprocessing, numba, numpy
 
 print("SEEN" + json.dumps({
@@ -33,10 +33,17 @@ print("SEEN" + json.dumps({
     "garbage": [gc.isenabled(), gc.get_threshold(), gc.get_freeze_count()],
     "signals": [str(signal.getsignal(number)) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)],
     "hooks": [str(hook).split(" at ")[0] for hook in (sys.excepthook, sys.unraisablehook, threading.excepthook)],
+    "streams": [(s.errors, s.encoding, s.line_buffering) for s in (sys.stdout, sys.stderr)],
+    "process": [os.getcwd(), os.umask(os.umask(0)), logging.root.level],
 }))
 """
 GRID = {"I1": 1.0, "I2": [2.0, 2.5], "I3": [3.0, 3.2], "omega0": 1.0}
 FEW = {"grid": GRID, "axes": [2], "integration": {"variables": ["omega_squared", "regime"]}}  # soon drawn
+COMMANDS = """
+import kernels, sweeps
+from sweeps.__main__ import main
+main([]); main(['check', 'tiny']); main(['check', 'nowhere.yaml']); main(['body', '--moments', '1', '2', '2.5'])
+"""
 ENTRIES = f"""
 import sweeps
 ds = sweeps.survey({{"grid": {GRID!r}}})
@@ -47,7 +54,7 @@ sweeps.plot.stability(ds, axis=2)
 sweeps.tumbler(10.0, 12.0)
 from sweeps.__main__ import main
 open('few.json', 'w').write({json.dumps(FEW)!r})
-main(['check', 'tiny']); main(['body', 'racket']); main(['run', 'few.json'])
+main(['show', 'map.nc']); main(['run', 'few.json'])
 """
 
 
@@ -70,7 +77,7 @@ def difference(before, after):
 
 
 @pytest.mark.parametrize(
-    "code", ["import kernels, sweeps", pytest.param(ENTRIES, marks=pytest.mark.slow, id="every entry")]
+    "code", [COMMANDS, pytest.param(ENTRIES, marks=pytest.mark.slow)], ids=["some commands", "every entry"]
 )
 def test_nothing_is_left_in_the_process(code, tmp_path):
     before, after = states_of_process(code, tmp_path)

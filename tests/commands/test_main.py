@@ -1,16 +1,13 @@
-import contextlib
 import json
 import multiprocessing
 import os
 import shlex
-import signal
 import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 from calls import refusal_message
 
@@ -181,48 +178,6 @@ def test_a_process_that_is_killed_while_it_draws_is_one_message(monkeypatch, cap
     message = capsys.readouterr().err
     assert message.startswith("a process that this command started was ended from outside (killed")
     assert message.count("\n") == 1
-
-
-def settings_of_the_process():
-    """Return the settings that a calling program shares with `main`."""
-    import gc
-    import logging
-    import threading
-    import warnings
-
-    import matplotlib as mpl
-
-    numbers = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGPIPE)]
-    streams = [(s.errors, s.encoding, s.line_buffering) for s in (sys.__stdout__, sys.__stderr__)]
-    hooks = sys.excepthook, sys.unraisablehook, threading.excepthook
-    further_settings = gc.isenabled(), gc.get_threshold(), np.geterr(), dict(mpl.rcParams), logging.root.level
-    return (
-        numbers,
-        streams,
-        hooks,
-        further_settings,
-        list(warnings.filters),
-        dict(os.environ),
-        os.getcwd(),
-        os.umask(os.umask(0)),
-    )
-
-
-@pytest.mark.parametrize(
-    "words",
-    [["check", "tiny"], ["check", "nowhere.yaml"], ["show", "nowhere.nc"], ["body", "--moments", "1", "2", "2.5"], []],
-)
-def test_a_program_that_calls_main_keeps_its_settings(words, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    with contextlib.suppress(SystemExit):
-        main(words)  # imported modules register their own
-    with (tmp_path / "said").open("w", encoding="utf-8") as stream:
-        monkeypatch.setattr(sys, "stdout", stream)
-        monkeypatch.setattr(sys, "__stdout__", stream)
-        before = settings_of_the_process()
-        with contextlib.suppress(SystemExit):
-            main(words)
-        assert settings_of_the_process() == before
 
 
 def test_the_answer_for_one_body_does_not_load_the_compiler():
