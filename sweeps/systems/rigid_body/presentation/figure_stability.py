@@ -201,16 +201,10 @@ def _hatch_impossible(ax: Axes, x, y, plane: Mapping[str, np.ndarray], third: fl
         return
     p = np.unique(np.append(_spaced_values(ax.get_xscale(), x[0], x[-1]), np.clip(third, x[0], x[-1])))
     lower, upper = np.clip(np.abs(p - third), y[0], y[-1]), np.clip(p + third, y[0], y[-1])
-    props: dict[str, Any] = {
-        "facecolor": colors.PAPER,
-        "edgecolor": colors.OUTLINE,
-        "lw": 0.0,
-        "hatch": "/////",
-        "gid": "impossible",
-    }
+    look: dict[str, Any] = {"facecolor": colors.PAPER, "edgecolor": colors.OUTLINE, "lw": 0.0, "hatch": "/////"}
     label = "impossible: one moment exceeds the sum of the others"
     for edge, frame_edge in ((lower, y[0]), (upper, y[-1])):
-        ax.fill_between(p, edge, frame_edge, label=label, **props)
+        ax.fill_between(p, edge, frame_edge, label=label, gid="impossible", **look)
         visible = np.where((edge > y[0]) & (edge < y[-1]), edge, np.nan)
         ax.plot(p, visible, color=colors.OUTLINE, lw=0.9, gid="triangle")
 
@@ -239,14 +233,8 @@ def mark_statuses(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) ->
     for number, marker in ((1, "."), (2, "x"), (3, "+")):
         if (has_status := status == number).any():
             label = f"{APPEARANCE.words(STATUSES[number])} ({np.count_nonzero(has_status):,})"
-            props: dict[str, Any] = {
-                "ms": 4,
-                "color": colors.INK,
-                "alpha": 0.8,
-                "gid": f"status {number}",
-                "label": label,
-            }
-            ax.plot(x[has_status], y[has_status], marker, zorder=5, **props)
+            look: dict[str, Any] = {"ms": 4, "color": colors.INK, "alpha": 0.8, "zorder": 5}
+            ax.plot(x[has_status], y[has_status], marker, label=label, gid=f"status {number}", **look)
 
 
 def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], third: float) -> list:

@@ -91,18 +91,10 @@ def _draw_curves(dataset: xr.Dataset, target_ax: Axes | None) -> Figure:
             continue
         ax.plot(*period_ratio_curve(body)[:2], color=color, label=name)
         ax.axvline(float(body["I3"] / body["I2"]), color=color, lw=0.9, ls=DOTTED, gid="separatrix")
-        dot: dict[str, Any] = {
-            "color": color,
-            "fmt": "o",
-            "ms": 6,
-            "mec": colors.INK,
-            "capsize": 3,
-            "gid": "observed",
-            "zorder": 4,
-        }
+        dot: dict[str, Any] = {"fmt": "o", "color": color, "mec": colors.INK, "gid": "observed"}
         for ratio, error in OBSERVED.get(name, ()):
             energies = energies_of_ratio(body, ratio)
-            ax.errorbar(energies, [ratio, ratio], yerr=error or None, **dot)
+            ax.errorbar(energies, [ratio, ratio], yerr=error or None, ms=6, capsize=3, zorder=4, **dot)
     ax.set(yscale="log", xlabel="$E = 2TI_3/L^2$", ylabel=r"$P_\psi/P_\phi$")
     axis_scales.set_plain_log_ticks(ax.yaxis)
     marks.draw_grid(ax)
