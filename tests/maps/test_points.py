@@ -8,6 +8,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from damages import PICTURE_COLUMNS
 
 import sweeps
 from sweeps.__main__ import main
@@ -28,6 +29,7 @@ DEFINITION = {
         "I3": 1.0,
         "omega0": {"start": 0.1, "stop": 100.0, "spacing": "log"},
     },
+    "integration": {"variables": PICTURE_COLUMNS},
 }
 GRIDS = {
     "symmetric_top": {"ratio": {"start": 0.5, "stop": 1.9}, "omega3": {"start": 1.0, "stop": 9.0}, "half_angle": 20.0},
@@ -138,6 +140,7 @@ SHAPES = {
         "I3": [1.0, 2.0],
         "omega0": 1.0,
     },
+    "integration": {"variables": PICTURE_COLUMNS},
     "shards": 2,
 }
 
