@@ -1,15 +1,17 @@
 """Table of the error bars' coverage and sharpness and of marginal points, cell by cell.
 
-    python tests/benchmarks/error_bars.py [--bodies 1000] [--definitions 2000] [--out results/benchmarks]
+    python tests/benchmarks/error_bars.py [--bodies 1000] [--points 300] [--definitions 2000] [--out results/benchmarks]
     python tests/benchmarks/error_bars.py --only-definitions
     python tests/benchmarks/error_bars.py --only-described
 
 Random bodies that can exist (second moments of mass uniform in 0.05-1), bodies with two moments 1e-1 to 1e-9 apart,
 needles and plates (two of three lengths as small as 1e-8), about each axis, with the nudge in two directions, at each
-decade of its size; the default sweep. A cell is judged against linear theory:
+decade of its size; the default sweep; so many random places of each system of small oscillations that ships, mode by
+mode; the symmetric top. A cell is judged against linear theory, and the top's against the closed form:
 
 * cover: share of points with a deviation within the error; worst: largest deviation over error;
-* sharp: median of error over deviation, over deviations above 1e-14 of the value; a dash without such points.
+* sharp: median of error over deviation, over deviations above 1e-14 of the value (of small oscillations: of the
+  rate scale's square, for a free mode has the value 0); a dash without such points.
 
 Then random definitions of the rigid body, each parameter drawn over its whole allowed range, with random points: every
 column that has an error, against linear theory in 40 digits. Each column has its coverage and its largest deviation
@@ -21,6 +23,7 @@ Last, the same of each described system that ships: error_bars_described.py.
 
 import argparse
 import sys
+from functools import cache
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
@@ -31,11 +34,14 @@ import numpy as np
 sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
 
 from kernels.estimator.statuses import OK  # noqa: E402
+from kernels.events import symmetric_top  # noqa: E402
+from kernels.flow.oscillations import MARGINAL  # noqa: E402
 from kernels.free import linear  # noqa: E402
 from kernels.near_axis import survey  # noqa: E402
 
 SETTINGS = (4.0, 16, 1e-10)
 DECADES = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 0.3)
+TOPS = (100.0, 10.0, 0.9, *(10.0**-k for k in range(1, 10)))  # ends of a range from 0.3 of it
 GAPS = tuple(10.0**-k for k in range(1, 10))
 PHASES = (0.6, 2.1)
 DEFAULT = "default sweep"
@@ -63,14 +69,14 @@ class Cell(NamedTuple):
         return f"{100 * self.cover:.2f} %, {self.worst:.2f}, {sharp}"
 
 
-def judge(value, error, truth):
-    """The cell of some points; those without a number and those of the value 0 are left out."""
-    has_value = np.isfinite(value) & np.isfinite(truth) & (truth != 0.0)
+def judge(value, error, truth, unit=None):
+    """The cell of some points; those without a number are left out, and without a unit those of the value 0."""
+    has_value = np.isfinite(value) & np.isfinite(truth) & ((truth != 0.0) | (unit is not None))
     value, error, truth = value[has_value], error[has_value], truth[has_value]
     if not value.size:
         return Cell(0, 1.0, 0.0, np.nan)
     deviation = np.abs(value - truth)
-    is_large = deviation > SEEN * np.abs(truth)
+    is_large = deviation > SEEN * (np.abs(truth) if unit is None else unit[has_value])
     ratio = np.divide(deviation, error, out=np.where(deviation > 0.0, np.inf, 0.0), where=error > 0.0)
     sharp = float(np.median(error[is_large] / deviation[is_large])) if is_large.any() else np.nan
     return Cell(value.size, float(np.mean(deviation <= error)), float(ratio.max()), sharp)
@@ -279,20 +285,83 @@ def of_definitions(table):
     )
 
 
-def rows(count, decades=DECADES):
+def oscillations(name, count, epsilon):
+    """Cells of each mode of a system of small oscillations that ships, by value, and how many regimes are wrong."""
+    import oscillators
+
+    values = oscillators.points(*_description(name), count, oscillators.LIBRARY[name], epsilon=epsilon)
+    columns = _model(name).survey(values)
+    is_ok, unit = columns["status"] == 0, columns["rate_scale"] ** 2
+    cells, num_wrong = {}, 0
+    for mode in np.unique(values["mode"]):
+        selection = is_ok & (values["mode"] == mode)
+        cells[int(mode)] = {
+            x: judge(*(columns[y][selection] for y in (x, f"{x}_error", "omega_squared_theory")), unit[selection])
+            for x in ("omega_squared", "omega_squared_reduced")
+        }
+        regimes = [columns[x][selection] for x in ("regime", "regime_theory")]
+        num_wrong += int(np.sum((regimes[0] != regimes[1]) & (regimes[0] != MARGINAL) & (regimes[1] != MARGINAL)))
+    return cells, num_wrong
+
+
+def _description(name):
+    import oscillators
+
+    system = oscillators.description_of(name)
+    return system, len(system.kept)
+
+
+@cache
+def _model(name):
+    from sweeps.mechanics.model import Model
+
+    return Model(_description(name)[0])
+
+
+def top(count, gap, seed=1):
+    """Return the cells of both precession rates of symmetric tops with ratios of moments at this distance from 1."""
+    random = np.random.default_rng(seed)
+    ratio = 1.0 + gap * random.choice([-1, 1] if gap < 1.0 else [1], count) * random.uniform(0.3, 1.0, count)
+    values = {"ratio": ratio, "omega3": random.uniform(-20, 20, count), "half_angle": random.uniform(0.1, 80, count)}
+    columns = symmetric_top.survey(values, *SETTINGS)
+    truth = columns["precession_rate_theory"]
+    return {x: judge(columns[x], columns[f"{x}_error"], truth) for x in ("precession_rate", "momentum_precession_rate")}
+
+
+def rows(count, points=300, decades=DECADES, systems=None, gaps=TOPS):
     """Lines of the table, in Markdown."""
-    yield "| bodies | ε | measured | reduced | growth rate | frequency | log slope | marginal | wrong | reduced, off |"
+    values = "measured | reduced | growth rate | frequency | log slope"
+    yield f"| bodies | ε | {values} | marginal | wrong | reduced, median off |"
     yield "|---|---|---|---|---|---|---|---|---|---|"
     for kind in ("random", "near-symmetric", "needles and plates"):
         for epsilon in decades:
             yield _rigid_row(kind, f"{epsilon:.0e}", rigid(kind, count, epsilon))
     yield _rigid_row(DEFAULT, "its own", rigid(DEFAULT, 6 * count, 0.0))
+    yield from _oscillation_rows(points, decades, systems)
+    yield ""
+    yield "| symmetric top, I3/I1 from 1 by | ω | L |"
+    yield "|---|---|---|"
+    for gap in gaps:
+        yield f"| {gap:.0e} | {' | '.join(map(str, top(count, gap).values()))} |"
 
 
 def _rigid_row(kind, epsilon, figures):
     cells, marginal, num_wrong, deviation = figures
     cell_text = " | ".join(map(str, cells.values()))
     return f"| {kind} | {epsilon} | {cell_text} | {100 * marginal:.2f} % | {num_wrong} | {deviation:.0e} |"
+
+
+def _oscillation_rows(count, decades, systems):
+    import oscillators
+
+    yield ""
+    yield "| system | ε | mode | measured | reduced | wrong, of all modes |"
+    yield "|---|---|---|---|---|---|"
+    for name in oscillators.LIBRARY if systems is None else systems:
+        for epsilon in (e for e in decades if e <= 0.1):
+            cells_by_mode, num_wrong = oscillations(name, count, epsilon)
+            for mode, cells in cells_by_mode.items():
+                yield f"| {name} | {epsilon:.0e} | {mode} | {' | '.join(map(str, cells.values()))} | {num_wrong} |"
 
 
 def lines_of_described(count, points=25, seed=1, names=None):
@@ -307,6 +376,7 @@ def lines_of_described(count, points=25, seed=1, names=None):
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bodies", type=int, default=1000, help="bodies of a kind, each about three axes, twice")
+    parser.add_argument("--points", type=int, default=300, help="places of each system of small oscillations")
     parser.add_argument("--definitions", type=int, default=2000, help="random definitions, 50 points each")
     parser.add_argument("--only-definitions", action="store_true", help="leave out the other tables")
     parser.add_argument("--only-described", action="store_true", help="random definitions of described systems alone")
@@ -317,7 +387,7 @@ def main(argv=None):
     print("each cell: cover, worst, sharp")
     every = []
     if not (arguments.only_definitions or arguments.only_described):
-        every += [rows(arguments.bodies), ("",)]
+        every += [rows(arguments.bodies, arguments.points), ("",)]
     if not arguments.only_described:
         every.append(of_definitions(random_definitions(arguments.definitions, seed=arguments.seed)))
     if not arguments.only_definitions:

@@ -164,6 +164,16 @@ def test_far_on_the_separatrix_the_body_spins_on_about_its_middle_axis():
         np.testing.assert_allclose(rotation.as_rotvec(), [0.0, 0.1 * w2, 0.0], atol=3e-11)
 
 
+@pytest.mark.usefixtures("plain")
+def test_random_starts_solve_the_differential_equation():
+    rng = np.random.default_rng(8)
+    for _ in range(8):
+        moments, start = rng.uniform(0.4, 1.2, 3), rng.normal(size=3)
+        expected = taylor(moments, start, [3.0], order=26, with_attitude=True)[0][3:]
+        assert angle(exact.attitude(moments, start, [3.0])[0], expected) <= bar(start, 3.0)
+        assert angle(direct.attitude(moments, start, [3.0], 1e-12)[0], expected) <= 1e-12
+
+
 def test_momentum_stands_still_in_space():
     moments, start, times = (1.0, 2.0, 3.0), (0.2, -0.9, 0.4), np.linspace(-9.0, 9.0, 50)
     q = exact.attitude(moments, start, times)

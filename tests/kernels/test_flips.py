@@ -34,6 +34,13 @@ def test_measured_flips_and_tilts_are_the_exact_ones(epsilon):
     np.testing.assert_allclose(flip_columns["max_tilt"][sure], flip_columns["max_tilt_exact"][sure], rtol=1e-10)
 
 
+def test_flips_and_tilts_from_any_direction_are_the_exact_ones():
+    phase = np.array([0.0, 0.6, 2.0, 3.0, 5.0])
+    flip_columns = columns(dict(zip(NAMES, (1.9, 1.2, 2.4, 1, 1.0, 1e-2, phase), strict=True)))
+    for name in ("flip_period", "max_tilt"):
+        np.testing.assert_allclose(flip_columns[name], flip_columns[f"{name}_exact"], rtol=1e-10)
+
+
 @pytest.mark.compiled
 def test_units_and_sense():
     points = bodies(200, 2, epsilon=1e-3)
