@@ -93,6 +93,7 @@ def test_a_new_measured_column(toy):
     assert ds.half_life.attrs["units"] == "s"
 
 
+@pytest.mark.slow
 def test_another_integrator(toy):
     (code,) = blocks("Recipe: another integrator")
     before = sweeps.survey("my.yaml").stray.max()

@@ -104,7 +104,7 @@ def changes(name):
     return sweeps.critical(sweeps.survey(**definition | {"system": system}), along), right
 
 
-QUICK = ("bicycle", "column", "damped column", "Mathieu")  # one of each kind; systems that ship compile for seconds
+QUICK = ("column", "damped column", "Mathieu")  # one of each kind; systems that ship compile for seconds
 
 
 @pytest.mark.parametrize("name", [pytest.param(k, marks=() if k in QUICK else pytest.mark.slow) for k in CASES])
@@ -121,6 +121,7 @@ def test_critical_values_are_those_that_are_published_or_closed_forms(name):
         assert at.critical_value_error < 1e-10 * max(1.0, abs(value))
 
 
+@pytest.mark.slow
 def test_values_do_not_depend_on_the_grid_or_its_direction():
     grids = ([1.0, 3.0, 4.4, 6.0, 8.0], [8.0, 7.0, 3.5, 0.5])
     maps = [sweeps.survey(system="sleeping_top", spin_rate=values, moment_of_weight=[2.0, 3.0]) for values in grids]
@@ -131,6 +132,7 @@ def test_values_do_not_depend_on_the_grid_or_its_direction():
     np.testing.assert_array_equal(one_line.critical_value, first.critical_value[1:])
 
 
+@pytest.mark.slow
 def test_growth_that_passes_to_another_mode_has_a_predicted_value_only():
     """Both planes of the trap are unstable there: the exponents of Mathieu's equations at (a, q) and (-a, q) agree."""
     changes = sweeps.critical(sweeps.survey(system="paul_trap", a=-0.3, q=spread(0.6, 0.9, 4)), "q")

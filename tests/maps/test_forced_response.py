@@ -51,6 +51,7 @@ def test_responses_are_within_their_errors_of_40_digit_solutions(number):
     assert np.median(sharpness) < 1e-12  # the bound is near rounding, not merely safe
 
 
+@pytest.mark.slow
 def test_the_response_of_a_rotor_is_the_motion_that_scipy_integrates():
     ds = sweeps.survey(system="rotor", spin_rate=0.7, stiffness_y=1.3)
     w = 0.9
@@ -79,6 +80,7 @@ def test_a_resonance_without_damping_is_missing_and_a_frequency_beside_it_is_not
     np.testing.assert_allclose(np.abs(answer.response_phase[2:]), [0.0, np.pi], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_states_and_many_coordinates_respond_too():
     relay = flow(lambda x: [-2 * x], "x", places={"rest": [0]})
     answer = sweeps.response(sweeps.survey(system=relay), {"x": 1.0}, [1.5]).squeeze()

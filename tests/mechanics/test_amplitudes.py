@@ -140,6 +140,7 @@ def test_an_amplitude_that_bends_the_samples_beyond_their_least_singular_value_i
     assert flows.is_too_wide(raw, 0, 2, np.ones(4), np.ones(4) < 0).tolist() == [False, True, True, False]
 
 
+@pytest.mark.slow
 def test_eigenvalues_are_in_the_order_of_theorys_however_close_the_samples():
     """Pairs with imaginary parts 8e-6 of the scale apart, at a 16th and a 198th of a cycle between samples."""
     system = relative.description_of("gravity_gradient_damped")

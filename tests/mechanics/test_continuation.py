@@ -251,7 +251,7 @@ def oscillator_with_jumps():
     return system
 
 
-@pytest.mark.parametrize("count", [6, pytest.param(MANY, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [3, pytest.param(MANY, marks=pytest.mark.slow)])
 def test_drives_that_jump(count):
     """No wrong motion and no wrong status by harmonic balance; motions and multipliers by DOP853 from jump to jump."""
     rng, model, kinds = np.random.default_rng(4), Model(oscillator_with_jumps()), np.arange(count) % len(JUMPING)

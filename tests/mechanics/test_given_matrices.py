@@ -83,6 +83,7 @@ system.matrices(shaft["M"], shaft["K"], C=shaft["C"], G=W * sp.Matrix(shaft["G"]
 """
 
 
+@pytest.mark.slow
 def test_a_file_with_many_coordinates_is_measured_as_a_matrix(tmp_path, monkeypatch):
     """Gyroscopic forces and damping that turns with the shaft: at rest all modes are double."""
     count = 30

@@ -143,6 +143,7 @@ def test_multipliers_beside_jumps(name):
         assert (alone["trace"] == columns["trace"][k]).all()
 
 
+@pytest.mark.slow
 def test_the_reference_of_verify_steps_to_the_jumps():
     ds = sweeps.survey({"system": meissner(), "grid": {"q": [0.3, 0.9], "d": [0.5, 0.2]}})
     system = sweeps.systems.resolve(ds.attrs["system"])

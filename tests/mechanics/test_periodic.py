@@ -166,6 +166,7 @@ def test_the_first_region_of_the_paul_trap_ends_at_its_q():
     assert errors_cover(columns)
 
 
+@pytest.mark.slow
 def test_the_asymmetric_shaft_is_constant_in_axes_that_turn_along():
     """M = -exp(J π/W): the multipliers from the rotating frame's quartic."""
     rng = np.random.default_rng(36)
@@ -278,6 +279,7 @@ def test_a_base_motion_that_is_not_the_only_one_near_is_none():
     assert (base.residual < 1e-9).tolist() == [False] * 4 + [True] * 2
 
 
+@pytest.mark.slow
 def test_a_point_whose_coefficients_overflow_does_not_blame_the_motion():
     system = oscillator(lambda t, sharpness: 2 + sp.exp(sharpness * sp.cos(t)), sharpness=1.0)
     assert of_model(Model(system), sharpness=[1.0, 800.0])["status"].tolist() == [OK, NON_FINITE]

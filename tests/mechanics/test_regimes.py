@@ -115,7 +115,7 @@ def test_a_disc_that_stands_has_the_eigenvalues_of_linear_theory():
     np.testing.assert_allclose(columns["growth_rate_theory"], growth, atol=1e-12)  # rounding
 
 
-@pytest.mark.parametrize("has_integral", [True, False])
+@pytest.mark.parametrize("has_integral", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_the_triangular_points_have_one_regime_as_coordinates_and_as_states(has_integral):
     """Gyroscopic, with slopes that leave no state to reverse: the Jacobi integral, no extremum there, proves pairs."""
     system = System("Three bodies")

@@ -185,6 +185,7 @@ def test_a_system_without_parameters_has_places():
     assert theory["omega_squared"] == pytest.approx([2.0, -1.0, 2.0, np.nan], nan_ok=True)
 
 
+@pytest.mark.slow
 def test_fewer_points_than_threads():
     for length in ([0.5], [0.5, 1.0, 2.0]):
         sweep = sweeps.build_sweep(read_definition({"system": "pendulum", "grid": {"length": length}}))

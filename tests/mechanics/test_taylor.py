@@ -9,6 +9,7 @@ import numpy as np
 import oscillators
 import pytest
 import relative
+import repeated
 import sympy as sp
 from oscillators import LIBRARY, description_of, points
 from scipy.integrate import solve_ivp
@@ -186,7 +187,7 @@ def rods(n):
     return system
 
 
-@pytest.mark.parametrize("n", [4, 6, pytest.param(8, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n", repeated.but((4,), (4, 6, 8)))
 def test_code_of_many_rods_grows_with_the_graph(n):
     """A pair of rods takes some twenty operations at most, and each some 13² products over the orders."""
     equations = derive(rods(n))

@@ -45,6 +45,7 @@ def first_place(ds, names):
     return [text for name in names for text in (f"--{name}", str(ds[name].values[0]))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", repeated.but(("driven",), NAMES))
 def test_a_map_of_a_users_own_system_is_read_by_every_command(folder, name, capsys):
     path = folder / "map.nc"

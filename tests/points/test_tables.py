@@ -346,6 +346,7 @@ def test_a_point_is_chosen_by_its_name(map_with_names, text, number):
     assert (row["point"].item(), row["name"].item()) == (number, NAMED[number - 1])
 
 
+@pytest.mark.slow
 def test_every_command_shows_the_names(map_with_names, tmp_path, capsys):
     for command, words in (
         (["show", map_with_names], "Vesta"),

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import repeated
 
 import sweeps
 from sweeps import systems
@@ -34,7 +35,7 @@ def test_those_that_are_animated_are_those_that_are_shown():
     assert systems.make_presentation(systems.resolve("double_well")).animations(None) == {}
 
 
-@pytest.mark.parametrize("name", ["pendulum", "bead_on_hoop", pytest.param("double_pendulum", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", repeated.but(("pendulum",), ("pendulum", "bead_on_hoop", "double_pendulum")))
 def test_it_moves(maps, monkeypatch, name):
     monkeypatch.setattr(figure_motion, "FRAMES", 4)
     pictures = systems.make_presentation(systems.resolve(name)).animations(maps(name))["motion"]()

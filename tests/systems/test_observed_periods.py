@@ -303,6 +303,7 @@ def test_conventions_and_errors_that_cannot_be_are_named(settings):
 # A map like any other
 
 
+@pytest.mark.slow
 def test_the_file_is_a_map_like_any_other(capsys, tmp_path):
     path, picture = tmp_path / "map.nc", tmp_path / "map.png"
     words = run_command(capsys, "tumbler", *OUMUAMUA, "--sigma-phi", 0.34, "-o", path, "--figure", picture)

@@ -65,6 +65,7 @@ def test_verdicts_and_periods_are_those_of_the_full_equations():
     assert {words.count("stable") == 30, words.count("stable_without_loss") > 0, "unstable" in words} == {True}
 
 
+@pytest.mark.slow
 def test_damping_leaves_what_is_called_stable_and_unsettles_what_is_not():
     bodies = [
         {"name": "Lagrange", "I1": 1.1, "I2": 1.2, "I3": 1.0},

@@ -94,6 +94,7 @@ SIDES = {"depth2": {"start": 0.0, "stop": 0.3, "num": 9}}
 SIDES |= {"frequency": {"start": 0.05, "stop": 0.5, "num": 12, "spacing": "log"}}
 
 
+@pytest.mark.slow
 def test_the_map_is_verified_and_drawn(tmp_path):
     """Sides are logarithmic where values spread by ratio."""
     ds = sweeps.survey(RACKET | {"grid": GRID | SIDES})
@@ -111,6 +112,7 @@ def test_the_map_is_verified_and_drawn(tmp_path):
     assert presentation.figures(calm)["tongues_axis_3"]() is None  # of one colour
 
 
+@pytest.mark.slow
 def test_the_held_racket_keeps_its_axis_and_the_other_flips():
     """Both motions of the film: attitudes stay orthogonal, and the body at rest keeps its energy."""
     ds = sweeps.survey(RACKET | {"grid": GRID | SIDES | {"I2": [1.9, 2.0182]}})

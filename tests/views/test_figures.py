@@ -121,6 +121,7 @@ def test_pictures_of_a_grid(of_a_grid):
         assert_picture(path)
 
 
+@pytest.mark.slow
 def test_drawing_leaves_no_trace(of_a_grid):
     assert of_a_grid[2] == [True] * 6  # in the pauses of the generator as well
 
@@ -392,6 +393,7 @@ USERS_SETTINGS = {
 }
 
 
+@pytest.mark.slow
 def test_a_users_settings_of_matplotlib_change_no_picture(tiny, tmp_path):
     (with_settings,) = figures.draw_all(tiny, tmp_path / "own", only=["theory_against_measured"])
     with matplotlib.rc_context(USERS_SETTINGS):
