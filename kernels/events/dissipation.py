@@ -69,8 +69,9 @@ def speed(x, y, z, r, s):
 
 
 @njit(**INNER)
-def _locate(state, r, s, q, end, h, event):
+def _locate(state, body, h, event):
     """Return the time, up to h, at which a step from ``state`` reaches the energy ``event``, and the state there."""
+    r, s, q, end = body
     low, high = 0.0, h
     t, place = h, state
     for _ in range(60):
@@ -81,8 +82,10 @@ def _locate(state, r, s, q, end, h, event):
 
 
 @njit(**INNER)
-def _follow(x, y, z, r, s, q, end, step):
+def _follow(state, body, step):
     """Return NAMES of a motion from (x, y, z), and its rounding, by steps of ``step`` over the largest rate."""
+    x, y, z = state
+    r, s, q, end = body
     over_separatrix, over_end = energies(x, y, z, r, s, end)
     crossing_time, z_crossing = math.nan if over_separatrix > 0.0 else 0.0, z
     settling_time = math.nan if over_end > 0.0 else 0.0
@@ -93,10 +96,10 @@ def _follow(x, y, z, r, s, q, end, step):
         x, y, z = step_12(*state, r, s, q, h)
         over_separatrix, over_end = energies(x, y, z, r, s, end)
         if over_separatrix <= 0.0 and math.isnan(crossing_time):
-            share, place = _locate(state, r, s, q, end, h, 0)
+            share, place = _locate(state, body, h, 0)
             crossing_time, z_crossing, slowest = t + share, place[2], speed(*place, r, s)
         if over_end <= 0.0:
-            settling_time = t + _locate(state, r, s, q, end, h, 1)[0]
+            settling_time = t + _locate(state, body, h, 1)[0]
         t += h
         steps += 1
     rounding = 4.0 * EPSILON * (4.0 + math.sqrt(steps)) / slowest
@@ -117,9 +120,10 @@ def fill_measured(motions, tolerance, out):
     r, s, q, from_angle, phase, to_angle = motions
     for i in range(r.size):
         across, end = math.sin(from_angle[i]), math.sin(to_angle[i]) ** 2
+        body = r[i], s[i], q[i], end
         start = math.cos(from_angle[i]), across * math.cos(phase[i]), across * math.sin(phase[i])
-        coarse, _ = _follow(*start, r[i], s[i], q[i], end, step)
-        fine, rounding = _follow(*start, r[i], s[i], q[i], end, follower.FINER * step)
+        coarse, _ = _follow(start, body, step)
+        fine, rounding = _follow(start, body, follower.FINER * step)
         for k in range(3):
             # a relative error of the state moves times by 1/q, and each of them by its rounding
             change = rounding * (1.0 + 1.0 / q[i] + abs(fine[k]))

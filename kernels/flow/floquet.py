@@ -162,27 +162,24 @@ def _block_columns(matrices, period, reciprocal=True, with_errors=True):
     return matrices
 
 
-def compare_flows(measured, linear, second_difference, period, reciprocal=True, determinant=1.0, coupling=None):
+def compare_flows(measured, linear, period, reciprocal=True, determinant=1.0, coupling=None):
     """Return the columns of measured matrices and of the variational flow's, and whether both agree within errors.
 
     Args:
         measured, linear (Matrices): Measured matrices, and the variational flow's.
-        second_difference (numpy.ndarray, shape (n,)): Difference of the flow's traces from two phases of the period.
         period, reciprocal, determinant, coupling: As in :func:`multiplier_columns` and :func:`matrix_residuals`.
 
     Returns:
         dict of str to numpy.ndarray; numpy.ndarray of bool, shape (n,): Columns of :func:`multiplier_columns`, those of
-            the variational flow as name_theory; determinant_residual, reciprocity_residual, phase_residual,
-            propagation_error.
+            the variational flow as name_theory; determinant_residual, reciprocity_residual, propagation_error.
     """
     result = multiplier_columns(measured, period, reciprocal, coupling=coupling)
     theory = multiplier_columns(linear, period, reciprocal, False, coupling)
     result |= {f"{name}_theory": values for name, values in theory.items() if f"{name}_error" in result}
     result["regime_theory"] = theory["regime"]
     result["determinant_residual"], result["reciprocity_residual"] = matrix_residuals(measured.matrix, determinant)
-    size, difference = largest_entry(linear.matrix), np.abs(measured.matrix - linear.matrix)
-    result["phase_residual"] = second_difference / size
-    result["propagation_error"] = largest_entry(difference) / size
+    difference = np.abs(measured.matrix - linear.matrix)
+    result["propagation_error"] = largest_entry(difference) / largest_entry(linear.matrix)
     with np.errstate(invalid="ignore"):
         return result, largest_entry(~(difference <= measured.error + linear.error)) == 0.0
 

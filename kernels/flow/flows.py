@@ -220,7 +220,7 @@ def measure_points(integrator, points, quantities, sampling):
     )
 
 
-def row_status(raw, quantities, n, intervals, tolerance, runs, spacing):
+def row_status(raw, quantities, n, sampling, runs):
     """Return the status of each row: OK, SHORT_WINDOW, NOT_CONVERGED, NON_FINITE or NOT_EXCITED.
 
     A window is short if all runs together have too few samples for n modes and their scatter, or if it is shorter than
@@ -229,19 +229,17 @@ def row_status(raw, quantities, n, intervals, tolerance, runs, spacing):
     Args:
         raw (numpy.ndarray): As returned by :func:`measure_points`.
         quantities, n, runs (int): Numbers of conserved quantities, of channels, and of runs.
-        intervals (int): Number of sample intervals.
-        tolerance (float): Relative error allowed over the run.
-        spacing (float): Spacing of the samples, in 1/scale.
+        sampling (runs.Sampling): How the runs were sampled.
     """
     fit = raw[:, FIRST + quantities :]
     excitation = fit[:, codes.EXCITATION]
     min_samples = n / runs + 2.0
     cases = [
         ~np.isfinite(raw[:, HALVING]) | ~np.isfinite(excitation),
-        (raw[:, SAMPLES] < min_samples) | ((raw[:, SAMPLES] - 1.0) * spacing < MIN_SPAN),
+        (raw[:, SAMPLES] < min_samples) | ((raw[:, SAMPLES] - 1.0) * sampling.spacing < MIN_SPAN),
         excitation < codes.MIN_EXCITATION,
         ~np.isfinite(fit[:, codes.HEAD]),
-        ~has_converged(raw, intervals, tolerance),
+        ~has_converged(raw, sampling.intervals, sampling.tolerance),
     ]
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_EXCITED, NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)
 

@@ -260,19 +260,17 @@ def measure_points(integrator, runs, sampling):
     return refine_steps(integrator, Measurement(take_sample, write_results, (OWN_ROWS, 3), ROWS), runs, sampling)
 
 
-def row_status(raw, intervals, tolerance, spacing):
+def row_status(raw, sampling):
     """Return the status of each row: OK, SHORT_WINDOW, NOT_CONVERGED or NON_FINITE.
 
     Args:
         raw (numpy.ndarray): As returned by :func:`measure_points`.
-        intervals (int): Number of sample intervals.
-        tolerance (float): Relative error allowed over the run.
-        spacing (float): Spacing of the samples, in 1/S.
+        sampling (runs.Sampling): How the runs were sampled.
     """
     n = raw[:, RAW.samples]
-    is_short = (n < measure.MIN_SAMPLES) | ((n - 1.0) * spacing < MIN_SPAN)
+    is_short = (n < measure.MIN_SAMPLES) | ((n - 1.0) * sampling.spacing < MIN_SPAN)
     has_no_rate = ~np.isfinite(raw[:, RAW.rate2]) & ~is_short | ~np.isfinite(raw[:, RAW.halving])
-    cases = [has_no_rate, is_short, ~has_converged(raw, intervals, tolerance)]
+    cases = [has_no_rate, is_short, ~has_converged(raw, sampling.intervals, sampling.tolerance)]
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_CONVERGED], OK).astype(np.int8)
 
 

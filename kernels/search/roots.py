@@ -474,6 +474,14 @@ def _split_box(box, bounds, min_widths, stack, top):
     return top + 2
 
 
+@njit(BOX(int64, int64), **INNER)
+def _empty_box(n, num_nodes):
+    """Return a box of n variables without values, for a tape of so many nodes."""
+    values, at_point, linear = np.empty((n, 1 + n, 2)), np.empty((n, 1 + n, 2)), np.empty((n, 1 + n, 2))
+    rows, inverse, scratch = np.empty((num_nodes, 2 + 2 * n)), np.empty((3, n, n)), np.empty((6, n))
+    return Box(np.empty((7, n)), values, at_point, linear, np.empty((n, 2)), inverse, rows, scratch)
+
+
 @njit(int64(FORMULAS_OF_POINTS, SEARCH_REGIONS, LIMITS, BOXES), nogil=True, **OPTIONS)
 def search(functions, regions, limits, boxes_found):
     """Find all zeros of each point in turn, until the records are full; return the number of records.
@@ -488,10 +496,8 @@ def search(functions, regions, limits, boxes_found):
     n, count, stack_size = functions.outputs.size, 0, 0
     for point in range(len(regions.ranges)):
         stack_size = max(stack_size, MAX_HALVINGS * n + 1 + regions.ranges[point, 1] - regions.ranges[point, 0])
+    box = _empty_box(n, len(functions.tape))
     stack, min_widths, zero_box = np.empty((stack_size, 2, n)), np.empty(n), np.empty((2, n))
-    values, at_point, linear = np.empty((n, 1 + n, 2)), np.empty((n, 1 + n, 2)), np.empty((n, 1 + n, 2))
-    rows, inverse, scratch = np.empty((len(functions.tape), 2 + 2 * n)), np.empty((3, n, n)), np.empty((6, n))
-    box = Box(np.empty((7, n)), values, at_point, linear, np.empty((n, 2)), inverse, rows, scratch)
     for point in range(progress[0], len(regions.bounds)):
         F, bounds = Formulas(functions.tape, functions.outputs, functions.constants[point]), regions.bounds[point]
         begin, num_boxes, num_undecided, num_narrow, top = count, 0, 0, 0, 0
@@ -504,14 +510,9 @@ def search(functions, regions, limits, boxes_found):
             at_min_width = _start_box(box, stack[top], bounds, limits.min_width, min_widths)
             if _is_within(box.ends[A], box.ends[B], boxes_found, 0, begin, count):
                 continue
-            if (
-                num_boxes > limits.max_boxes
-                or num_undecided > MAX_UNDECIDED
-                or num_narrow > limits.max_narrow
-                or top + 2 > stack_size
-            ):
-                kind = NOT_EXAMINED
-            else:
+            kind = NOT_EXAMINED
+            is_ended = num_boxes > limits.max_boxes or num_undecided > MAX_UNDECIDED or num_narrow > limits.max_narrow
+            if not (is_ended or top + 2 > stack_size):
                 kind = _classify_box(F, box, at_min_width, limits.only_excludes)
             if kind == CONTAINS_POLE and not at_min_width and _relative_width(box, bounds) > limits.max_pole_width:
                 kind = SPLIT

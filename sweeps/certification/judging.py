@@ -69,7 +69,8 @@ class Judgement:
 
     def rebuild(self, q: Rotation | None, w: np.ndarray | None, rows) -> BodyMotion:
         """Return some rows with other attitudes and rates in place of the file's."""
-        return _in_principal_axes(self.rows, self.frame, self.motion.moments, self.axes, q, w, rows)
+        q = None if q is None else self.frame.in_space(self.rows, q, rows)
+        return _in_principal_axes(self.motion.moments, self.axes, self.rows.times[rows], q, w)
 
     @property
     def is_unit(self) -> bool:
@@ -98,8 +99,11 @@ def certify(
         raise DefinitionError(f"certify: {problem}; allowed: {', '.join(sorted(allowed))}")
     options = dict(options)
     chosen_frame = _frame(frame, options.pop("frame_rate", None), options.pop("frame_axis", None))
+    if not (isinstance(tolerance, int | float) and 0 < tolerance < np.inf):
+        raise DefinitionError(f"tolerance: {display(tolerance)}; allowed: a finite number > 0")
     axes = np.eye(3) if body.principal is None else np.array(body.principal.axes)
-    return dataset(judge(run, body.moments, axes, tolerance, ColumnChoice(**options), chosen_frame, fit_start))
+    rows = trajectory.read(run, ColumnChoice(**options))
+    return dataset(judge(rows, body.moments, axes, tolerance, chosen_frame, fit_start))
 
 
 def _frame(name: str, rate: Any, axis: Any) -> AttitudeFrame:
@@ -120,24 +124,21 @@ def _frame(name: str, rate: Any, axis: Any) -> AttitudeFrame:
 
 
 def judge(
-    run: Any, moments, axes, tolerance: float, choice: ColumnChoice, frame: AttitudeFrame, fit_start: bool = False
+    rows: trajectory.Trajectory, moments, axes, tolerance: float, frame: AttitudeFrame, fit_start: bool = False
 ) -> Judgement:
-    """Return the judgement of a trajectory of a body, in a file or in memory.
+    """Return the judgement of a trajectory of a body.
 
     Args:
-        run: see `sweeps.certification.trajectory.read`.
+        rows: of `sweeps.certification.trajectory.read`.
         moments: principal moments of inertia in any one unit, (3,).
         axes: principal axes, the rows of a rotation matrix, in the body's axes of the file.
         tolerance: allowed error of the attitude, rad, and of the rates relative to |w| of the first row.
-        choice: the meaning of columns.
         frame: the frame of the attitudes.
         fit_start: whether the start is fitted to all rows, in place of the first row.
     """
-    if not (isinstance(tolerance, int | float) and 0 < tolerance < np.inf):
-        raise DefinitionError(f"tolerance: {display(tolerance)}; allowed: a finite number > 0")
-    rows = trajectory.read(run, choice)
     moments = np.asarray(moments, dtype=np.float64)
-    motion = _in_principal_axes(rows, frame, moments, axes, rows.q, rows.rates)
+    q = None if rows.q is None else frame.in_space(rows, rows.q)
+    motion = _in_principal_axes(moments, axes, rows.times, q, rows.rates)
     start, how = _begin(motion, fit_start)
     reference = exact_motion(motion, *start)
     steps = rows.rates_resolution
@@ -146,13 +147,12 @@ def judge(
     return Judgement(rows, motion, reference, how, float(tolerance), errors(motion, reference), bounds, frame, axes)
 
 
-def _in_principal_axes(rows, frame, moments, axes, q: Rotation | None, w: np.ndarray | None, at=slice(None)):
-    """Return the motion of attitudes and rates at some rows, given in the file's frame and in the body's axes."""
-    q = None if q is None else frame.in_space(rows, q, at)
+def _in_principal_axes(moments, axes, times, q: Rotation | None, w: np.ndarray | None) -> BodyMotion:
+    """Return the motion of attitudes in space and rates, both given in the body's axes of the file."""
     if not np.array_equal(axes, np.eye(3)):
         q = None if q is None else q * Rotation.from_matrix(axes.T)
         w = None if w is None else w @ axes.T
-    return BodyMotion(moments, rows.times[at], q, w)
+    return BodyMotion(moments, times, q, w)
 
 
 def _begin(motion: BodyMotion, fit_start: bool) -> tuple[tuple[Rotation, np.ndarray], str]:

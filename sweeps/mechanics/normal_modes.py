@@ -105,24 +105,20 @@ def _is_two_sided(third, terms, a, sizes):
 # -- measurement
 
 
-def measure_points(model, points, theory, cycles: float, samples_per_cycle: int, tolerance: float, direction=None):
+def measure_points(model, points, theory, sampling: Sampling, direction=None):
     """Measure points by their motions; only places, modes (as directions) and the scale are used from theory.
 
     Args:
         model: of a natural system.
         points: as of :func:`theory`.
         theory: its result.
-        cycles: length of a run, in 2π/S.
-        samples_per_cycle: samples in 2π/S; they are 0.5/S apart at most.
-        tolerance: relative truncation error allowed over a run.
+        sampling: number, distance and accuracy of the samples.
         direction: of the perturbation, one number for each coordinate; by default that of the mode.
 
     Returns:
         `raw` (points, len(kernel.RAW)), `status` (int8), `spacing`, `reach` (the signed size of the mode's part of the
         perturbation, relative to the whole) and `share` (of the norm that the kinetic matrix makes).
     """
-    sampling = Sampling.of(cycles, samples_per_cycle, tolerance)
-    intervals, spacing, _ = sampling
     size, status = len(points["epsilon"]), theory["status"].copy()
     raw, exists = np.full((size, len(kernel.RAW)), np.nan), status == statuses.OK
     is_unusable = exists & ~np.isfinite(theory["scale"] * theory["modes"].sum(axis=(1, 2)))
@@ -146,10 +142,10 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
             chunk = chunk[is_perturbed]
             perturbation = {name: values[is_perturbed] for name, values in perturbation.items()}
         raw[chunk] = _integrate_runs(model, points, theory, chunk, perturbation, sampling)
-        status[chunk] = kernel.row_status(raw[chunk], intervals, tolerance, spacing)
-    too_wide = (status == statuses.OK) & kernel.is_too_wide(raw, theory["scale"], spacing)
+        status[chunk] = kernel.row_status(raw[chunk], sampling)
+    too_wide = (status == statuses.OK) & kernel.is_too_wide(raw, theory["scale"], sampling.spacing)
     raw[too_wide], status[too_wide] = np.nan, statuses.PERTURBATION_TOO_LARGE
-    return {"raw": raw, "status": status, "spacing": spacing, "reach": reach, "share": share}
+    return {"raw": raw, "status": status, "spacing": sampling.spacing, "reach": reach, "share": share}
 
 
 def _perturbation(points, theory, rows, direction):
@@ -235,14 +231,14 @@ def survey(
     Args:
         model: of a natural system.
         points: as of :func:`theory`.
-        cycles: as of :func:`measure_points`, as are the next three.
-        samples_per_cycle: as there.
-        tolerance: as there.
-        direction: as there.
+        cycles: length of a run, in 2π/S.
+        samples_per_cycle: samples in 2π/S; they are 0.5/S apart at most.
+        tolerance: relative truncation error allowed over a run.
+        direction: as of :func:`measure_points`.
         degenerate: add the columns of frequencies at the perturbation's amplitude, for points with V″ = 0.
     """
     linear = theory(model, points)
-    motions = measure_points(model, points, linear, cycles, samples_per_cycle, tolerance, direction)
+    motions = measure_points(model, points, linear, Sampling.of(cycles, samples_per_cycle, tolerance), direction)
     columns = _columns(model, points, linear, motions)
     return columns | _at_amplitude(model, points, linear, columns["regime_theory"]) if degenerate else columns
 

@@ -861,9 +861,8 @@ def _columns(base, epsilon, tolerance):
         measured, is_too_large, is_unresolved = base.measure(epsilon, tolerance)
         measured.matrix[is_too_large] = np.nan
     coupling = base.coupling[:, base.model.variation.block][:, :, base.model.variation.block]
-    columns, agrees = floquet.compare_flows(
-        measured, certified, trace_gap, base.period, reciprocal, determinant, coupling
-    )
+    columns, agrees = floquet.compare_flows(measured, certified, base.period, reciprocal, determinant, coupling)
+    columns["phase_residual"] = trace_gap / floquet.largest_entry(certified.matrix)
     is_sound = np.isfinite(floquet.largest_entry(measured.matrix + measured.error))
     is_missing = ~(base.residual <= MAX_RESIDUAL)
     cases = {

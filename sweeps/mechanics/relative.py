@@ -252,26 +252,21 @@ def _quantity_scales(model, parameters, x, sizes, terms, gradients):
 # -- measurement
 
 
-def measure_points(model, points, theory, cycles: float, samples_per_cycle: int, tolerance: float, runs: int):
+def measure_points(model, points, theory, sampling, runs: int):
     """Measure points by their motions; only places, sizes and the scale are used from theory.
 
     Args:
         model: the system.
         points: as of :func:`theory`, and `epsilon`.
         theory: of :func:`theory`.
-        cycles: length of a run, in 2π/S.
-        samples_per_cycle: samples in 2π/S.
-        tolerance: relative truncation error allowed over a run.
+        sampling: of `kernels.flow.runs.Sampling`.
         runs: number of runs of a point, in different directions.
 
     Returns:
         `raw` (points, …) of `kernels.flow.flows`, `status` (int8) and `spacing` (in 1/S).
     """
     from kernels.flow import flows as kernel
-    from kernels.flow.runs import Sampling
 
-    sampling = Sampling.of(cycles, samples_per_cycle, tolerance)
-    intervals, spacing, _ = sampling
     count, quantities = len(points["epsilon"]), len(model.quantities)
     raw = np.full((count, kernel.FIRST + quantities + codes.HEAD + 4 * model.n), np.nan)
     status = theory["status"].copy()
@@ -280,19 +275,19 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
     causes = np.where(theory["is_idle"], statuses.NO_TIME_SCALE, statuses.NON_FINITE)
     status[is_ok & ~is_finite] = causes[is_ok & ~is_finite]
     rows = np.flatnonzero(is_finite)
-    block = 8 * W * kernel.count_rows(runs, quantities, model.n, intervals)
+    block = 8 * W * kernel.count_rows(runs, quantities, model.n, sampling.intervals)
     size = min(MAX_CHUNK_POINTS, W * max(1, CHUNK_BYTES // block))
     measure = partial(kernel.measure_points, sampling=sampling)
     for start in range(0, rows.size, size):
         chunk = rows[start : start + size]
         raw[chunk] = integrate_runs(model, points, theory, chunk, runs, measure)
-        status[chunk] = kernel.row_status(raw[chunk], quantities, model.n, intervals, tolerance, runs, spacing)
+        status[chunk] = kernel.row_status(raw[chunk], quantities, model.n, sampling, runs)
     is_too_wide = kernel.is_too_wide(raw, quantities, model.n, theory["scale"], theory["has_pairs"])
     is_too_wide &= status == statuses.OK
     has_amplitude = raw[is_too_wide, kernel.REMAINDER] > QUANTITY_ROUNDING  # else the amplitude is not the cause
     status[is_too_wide] = np.where(has_amplitude, statuses.PERTURBATION_TOO_LARGE, statuses.NOT_CONVERGED)
     raw[is_too_wide, kernel.FIRST + quantities :] = np.nan
-    return {"raw": raw, "status": status, "spacing": spacing}
+    return {"raw": raw, "status": status, "spacing": sampling.spacing}
 
 
 def integrate_runs(model, points, theory, chunk, runs, measure):
@@ -334,17 +329,18 @@ def survey(
     Args:
         model: the system.
         points: each parameter, `epsilon`, `equilibrium` (slot from 0) and `eigenvalue` (from 1), shape (points,).
-        cycles: as of :func:`measure_points`.
-        samples_per_cycle: as there.
-        tolerance: as there.
-        runs: as there; by default :func:`usual_runs`.
+        cycles: length of a run, in 2π/S.
+        samples_per_cycle: samples in 2π/S.
+        tolerance: relative truncation error allowed over a run.
+        runs: as of :func:`measure_points`; by default :func:`usual_runs`.
     """
+    from kernels.flow.runs import Sampling
+
+    sampling = Sampling.of(cycles, samples_per_cycle, tolerance)
     first_rows, row = runs_of([np.asarray(points[name]) for name in (*model.names, "epsilon", "equilibrium")])
     motions = {name: np.asarray(values)[first_rows] for name, values in points.items()}
     linear = theory(model, motions)
-    measurement = measure_points(
-        model, motions, linear, cycles, samples_per_cycle, tolerance, runs or usual_runs(model)
-    )
+    measurement = measure_points(model, motions, linear, sampling, runs or usual_runs(model))
     columns = make_columns(model, linear, measurement)
     index = row * model.n + np.asarray(points["eigenvalue"]).astype(np.int64) - 1
     return {name: values.reshape(-1)[index if values.ndim == 2 else row] for name, values in columns.items()}

@@ -10,6 +10,7 @@ from kernels.flow import oscillations
 from kernels.flow.runs import Integrator, Runs, Sampling
 
 STATES = 2  # x, v in units of epsilon; then 1, the step, energy and its terms, k
+SAMPLING = Sampling(64, 0.4, 1e-10)  # of most runs here
 
 
 def _advance(S, steps):
@@ -62,7 +63,7 @@ def test_signed_rates_of_exact_motions(speed):
     raw = run(k, speed=speed)
     # rounding of a sample, 1e-16, over the second difference k h²
     assert np.abs(raw[:, oscillations.RAW.rate2] - k).max() <= 1e-13
-    assert (oscillations.row_status(raw, 64, 1e-10, 0.4) == statuses.OK).all()
+    assert (oscillations.row_status(raw, SAMPLING) == statuses.OK).all()
 
 
 def test_window_ends_where_the_motion_has_grown_tenfold():
@@ -87,9 +88,9 @@ def test_padding_and_neighbours_change_no_bit():
 
 def test_fast_growth_is_a_short_window_and_overflow_is_said():
     raw = run([-40.0], spacing=0.5)
-    assert oscillations.row_status(raw, 64, 1e-10, 0.4).tolist() == [statuses.SHORT_WINDOW]
+    assert oscillations.row_status(raw, SAMPLING).tolist() == [statuses.SHORT_WINDOW]
     raw = run([1.0], start=np.nan)
-    assert oscillations.row_status(raw, 64, 1e-10, 0.4).tolist() == [statuses.NON_FINITE]
+    assert oscillations.row_status(raw, SAMPLING).tolist() == [statuses.NON_FINITE]
 
 
 def test_log_slope_is_that_of_the_logarithms_in_its_window():

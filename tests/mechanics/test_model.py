@@ -11,6 +11,7 @@ from scipy.linalg import eigh
 
 from kernels.estimator import statuses
 from kernels.flow import oscillations as kernel
+from kernels.flow.runs import Sampling
 from sweeps.mechanics import System, equilibria, modes, normal_modes
 from sweeps.mechanics.model import Model
 from sweeps.schema.refusals import DescriptionError
@@ -179,7 +180,8 @@ def test_two_nudges_take_away_the_error_of_first_order(models):
         pair = model.survey(columns)
         theory = model.theory(columns)
         assert theory["twice"].all()
-        single_run = normal_modes.measure_points(model, columns, theory | {"twice": 0 * columns["mode"]}, 4, 16, 1e-10)
+        once = theory | {"twice": 0 * columns["mode"]}
+        single_run = normal_modes.measure_points(model, columns, once, Sampling.of(4, 16, 1e-10))
         alone = normal_modes._columns(model, columns, theory, single_run)
         deviations.append([np.abs(c["omega_squared"] / c["omega_squared_theory"] - 1)[1] for c in (pair, alone)])
     assert np.log10(deviations[0][0] / deviations[1][0]) == pytest.approx(2.0, abs=0.2)
