@@ -10,7 +10,7 @@ from kernels.flow import oscillations
 from kernels.flow.runs import Integrator, Runs, Sampling
 
 STATES = 2  # x, v in units of epsilon; then 1, the step, energy and its terms, k
-SAMPLING = Sampling(64, 0.4, 1e-10)  # of most runs here
+SAMPLING = Sampling(64, 0.4, 1e-10)
 
 
 def _advance(S, steps):
