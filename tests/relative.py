@@ -1,6 +1,7 @@
 """Relative equilibria that ship: random points, and their characteristic polynomials as books give them."""
 
 import importlib
+from functools import cache
 
 import described
 import numpy as np
@@ -60,9 +61,15 @@ def points(system, eigenvalues, count, varied, seed=1, epsilon=1e-30):
     return described.points(system, "eigenvalue", eigenvalues, count, varied, seed, epsilon=epsilon)
 
 
+@cache
+def model_of(name):
+    """Return the model of a shipped system."""
+    return Model(description_of(name))
+
+
 def theory_at(name, **values):
     """Return theory of the first equilibrium of a shipped system at one point."""
-    model = Model(description_of(name))
+    model = model_of(name)
     point = {k: np.array([values.get(k, p.default)]) for k, p in model.system.parameters.items()}
     return model.theory(point | {"equilibrium": np.array([0])})
 

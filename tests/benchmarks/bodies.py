@@ -16,7 +16,7 @@ import mpmath as mp
 import numpy as np
 from numba import njit
 
-sys.path.append(str(Path(__file__).parents[1]))
+sys.path[:0] = [str(Path(__file__).parents[k]) for k in (1, 2)]
 from precise import Textbook
 
 from kernels.estimator import measure
