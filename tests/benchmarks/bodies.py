@@ -16,7 +16,8 @@ import mpmath as mp
 import numpy as np
 from numba import njit
 
-sys.path[:0] = [str(Path(__file__).parents[k]) for k in (1, 2)]
+sys.path.insert(1, str(Path(__file__).parents[2]))  # the sources first: tests/kernels is no package of that name
+sys.path.append(str(Path(__file__).parents[1]))
 from precise import Textbook
 
 from kernels.estimator import measure
