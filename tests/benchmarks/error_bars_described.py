@@ -20,6 +20,7 @@ from scipy.optimize import linear_sum_assignment
 from kernels.estimator.statuses import OK
 from kernels.flow import codes
 from kernels.flow.oscillations import MARGINAL
+from kernels.flow.runs import Sampling
 from sweeps.mechanics import relative as spectra
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import THEORY_ROUNDING, regimes
@@ -197,8 +198,8 @@ def flow(name, model, exact, random, integration, count):
     points = _points(random, model.system, 1, relative.RANGES[name], count)
     runs = int(random.integers(1, 5)) if random.random() < 0.5 else spectra.usual_runs(model)
     theory = model.theory(points)
-    settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
-    columns = spectra.make_columns(model, theory, spectra.measure_points(model, points, theory, *settings, runs))
+    sampling = Sampling.of(integration.rotations, integration.samples_per_rotation, integration.tolerance)
+    columns = spectra.make_columns(model, theory, spectra.measure_points(model, points, theory, sampling, runs))
     values, S = theory["eigenvalues"], theory["scale"]
     unsure = (THEORY_ROUNDING * S)[:, None] * np.maximum(1.0, theory["condition"])
     unsure = np.where(np.isfinite(unsure), unsure, np.inf)

@@ -144,6 +144,7 @@ def test_growth_that_passes_to_another_mode_has_a_predicted_value_only():
     assert difference[0] > 0.0 > difference[1]
 
 
+@pytest.mark.slow
 def test_a_change_that_is_not_measured_as_predicted_is_undecided(monkeypatch):
     """The bicycle, which is stable from 4.3 to 6.0 m/s, is here measured as unstable there."""
     measure = critical_values.measure_points

@@ -251,9 +251,10 @@ def oscillator_with_jumps():
     return system
 
 
-@pytest.mark.parametrize("count", [3, pytest.param(MANY, marks=pytest.mark.slow)])
-def test_drives_that_jump(count):
+@pytest.mark.slow
+def test_drives_that_jump():
     """No wrong motion and no wrong status by harmonic balance; motions and multipliers by DOP853 from jump to jump."""
+    count = MANY
     rng, model, kinds = np.random.default_rng(4), Model(oscillator_with_jumps()), np.arange(count) % len(JUMPING)
     force, w, c = rng.uniform(0.02, 0.6, count), rng.uniform(0.4, 1.6, count), rng.uniform(0.05, 0.3, count)
     shares = dict(zip(model.names[-len(JUMPING) :], np.eye(len(JUMPING))[:, kinds], strict=True))

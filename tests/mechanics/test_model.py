@@ -73,6 +73,7 @@ def test_errors_hold_the_rounding_of_an_equilibrium_near_which_the_force_hardly_
         assert ratio.max() <= 1.0
 
 
+@pytest.mark.slow
 # unmeasured modes move by more than the measured mode: rounding of the whole motion; phases of both modes
 def test_errors_hold_where_a_direction_is_soft_or_flat():
     """Two masses on springs that hardly resist in one direction, and terms of higher order: against 40 digits.
@@ -408,6 +409,7 @@ def test_the_bounds_of_a_periodic_coordinate_are_a_whole_turn_by_default(options
         assert system.coordinates["x"].bounds == bounds
 
 
+@pytest.mark.slow
 def test_an_expression_that_would_take_hours_is_refused_at_once():
     states, body = System("States"), System("Body")
     x, _ = states.state("x", bounds=(-1, 1)), body.coordinate("x", bounds=(-1, 1))  # the same symbol

@@ -166,6 +166,7 @@ def test_dimorphos_becomes_unstable_at_the_published_amplitude_and_eccentricity(
     assert agrees(changes, "critical_value", changes.critical_value_theory)
 
 
+@pytest.mark.slow
 def test_on_a_circle_the_critical_shapes_are_those_of_the_quartic():
     """k1 = k3 (pitch), the double root of the roll-yaw quartic, and k1 = 0 (roll), to a rounding or the error."""
     ds = survey("synchronous", k1=[-0.6, -0.3, -0.06, -0.03, 0.1], k3=-0.4, eccentricity=0.0)

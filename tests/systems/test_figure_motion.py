@@ -46,6 +46,7 @@ def test_it_moves(maps, monkeypatch, name):
     assert pictures[0][0, 0].tolist() == [255] * 4
 
 
+@pytest.mark.slow
 def test_it_begins_beside_what_the_map_found_stable_and_unstable(maps):
     ds, model = maps("bead_on_hoop"), systems.resolve("bead_on_hoop").mechanism
     for spin, names in ((1.0, ("bottom", "top")), (5.0, ("right", "bottom"))):
