@@ -35,7 +35,8 @@ def taylor(moments, start, times, order=44, with_attitude=False):
     return rows
 
 
-PRODUCTS = (  # of the derivatives of w (components 0 to 2) and q (3 to 6): sign, and numbers of both components
+# The derivatives of w (components 0 to 2) and q (3 to 6) are sums of products: sign, and numbers of both components.
+PRODUCTS = (
     *(((1, 1, 2),), ((1, 2, 0),), ((1, 0, 1),)),
     *(((-1, 4, 0), (-1, 5, 1), (-1, 6, 2)), ((1, 3, 0), (1, 5, 2), (-1, 6, 1))),
     *(((1, 3, 1), (1, 6, 0), (-1, 4, 2)), ((1, 3, 2), (1, 4, 1), (-1, 5, 0))),
@@ -76,7 +77,7 @@ class Textbook:
         A_s = mp.sqrt((E2 * I[d] - L2) / (I[s] * (I[d] - I[s])))
         A_c = mp.sqrt((E2 * I[d] - L2) / (I[c] * (I[d] - I[c])))
         A_d = mp.sqrt((L2 - E2 * I[c]) / (I[d] * (I[d] - I[c]))) * (-1 if w[d] < 0 else 1)
-        # at cn = 1 the sn component must rise by Euler's equation
+        # The sn component must rise at cn = 1, by Euler's equation
         rises = (I[(s + 1) % 3] - I[(s + 2) % 3]) * A_d > 0
         self.amplitudes = A_s if rises else -A_s, A_c, A_d
         self.u0 = self._phase(w[s] / self.amplitudes[0], w[c] / A_c)

@@ -100,7 +100,8 @@ def textbook(moments, start, t):
         return 2 * turns * mp.ellippi(n, m) + mp.ellippi(n, within, m)
 
     gain = third(top.u0 + top.p * mp.mpf(t)) - third(top.u0)
-    azimuth = top.L / I[d] * (mp.mpf(t) + (I[d] / I[c] - 1) * gain / top.p)  # of e_d about L
+    # e_d has turned about L by the azimuth
+    azimuth = top.L / I[d] * (mp.mpf(t) + (I[d] / I[c] - 1) * gain / top.p)
     return _rotation_matrix(top, top(t), azimuth)
 
 

@@ -478,7 +478,7 @@ def test_no_pulse_of_the_time_is_overlooked():
         for ends in pairwise(cuts):
             step = (ends[1] - ends[0]) / 16
             y = solve_ivp(rates, ends, y, "DOP853", rtol=1e-13, atol=1e-15, max_step=step).y[:, -1]
-        assert abs(columns["trace"][i] - y[0] - y[3]) <= columns["trace_error"][i] + 1e-12  # of SciPy
+        assert abs(columns["trace"][i] - y[0] - y[3]) <= columns["trace_error"][i] + 1e-12  # the error of SciPy
 
 
 def test_a_wave_that_is_rougher_than_the_motion_is_followed_to_its_errors():
@@ -490,7 +490,7 @@ def test_a_wave_that_is_rougher_than_the_motion_is_followed_to_its_errors():
         rates = lambda t, y, p=mean, q=depth: [y[1], -(p + q * np.tanh(10 * np.cos(t))) * y[0]]  # noqa: E731
         _, M = solve_with_perturbations(rates, np.zeros(2), (0, 2 * np.pi), max_step=0.02)
         assert columns["status"][i] == OK
-        assert abs(columns["trace"][i] - np.trace(M)) <= columns["trace_error"][i] + 1e-12  # of SciPy, in 300 steps
+        assert abs(columns["trace"][i] - np.trace(M)) <= columns["trace_error"][i] + 1e-12  # SciPy errs in 300 steps
     assert (columns["trace_error"] < 1e-11).all()
 
 
@@ -624,7 +624,7 @@ def test_a_satellites_platform_may_be_nearly_symmetric(B):
     _, M = solve_with_perturbations(rates, np.zeros(2), (0, 2 * np.pi / 3))
     columns = of_model(Model(system), B=B)
     assert columns["status"] == OK
-    assert abs(columns["trace"] - np.trace(M)) <= columns["trace_error"] + 1e-12  # of SciPy
+    assert abs(columns["trace"] - np.trace(M)) <= columns["trace_error"] + 1e-12  # the error of SciPy
 
 
 @pytest.mark.slow

@@ -72,7 +72,7 @@ def test_the_rates_are_hamiltons_in_canonical_states(eccentricity, p, pace, A, D
         p_al_dot = M1_dot * mpmath.cos(be) + (P_dot + y_dot) * mpmath.sin(be)
         p_al_dot += ((P + y) * mpmath.cos(be) - M1 * mpmath.sin(be)) * be_dot
         deviations = np.array([-y_dot, -p_al_dot, -M2_dot, x_dot, al_dot, be_dot]) - np.array(slopes)
-    assert np.abs(deviations).max() < 1e-20  # of 30 digits; numerical derivatives lose a few
+    assert np.abs(deviations).max() < 1e-20  # numerical derivatives lose some of 30 digits
 
 
 def test_tilts_and_the_plane_separate_and_tilts_are_the_linear_ones():

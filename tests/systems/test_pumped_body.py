@@ -111,7 +111,7 @@ def test_the_map_is_verified_and_drawn(tmp_path):
     assert gids >= {"law", "measured"}
     assert (figure.axes[0].get_xscale(), figure.axes[0].get_yscale()) == ("log", "linear")
     calm = ds.assign(regime=0 * ds["regime"], growth_per_period=0.0 * ds["growth_per_period"])
-    assert presentation.figures(calm)["tongues_axis_3"]() is None  # of one colour
+    assert presentation.figures(calm)["tongues_axis_3"]() is None  # a map of one colour has no picture
 
 
 @pytest.mark.slow
