@@ -84,16 +84,6 @@ def assign_to_definition(folder: Path, definition: Path, replace: bool = False) 
         temporary.write_text(str(definition.resolve()))
 
 
-def is_claimed(folder: Path) -> bool:
-    """Return True if another run is active in a sweep's folder, or may be."""
-    try:
-        with open(folder / CLAIM, opener=lambda path, flags: os.open(path, flags | os.O_NOFOLLOW)) as file:
-            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except OSError:
-        return True
-    return False
-
-
 def _lock(handle: int, folder: Path) -> None:
     """Lock the claim's file, refuse it if another process has it, and write this process into it."""
     try:

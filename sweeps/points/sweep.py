@@ -224,13 +224,6 @@ class Sweep:
         points = f"{self.grid.size // math.prod(self.each.values()):,} points"
         return f"{points} ({' and '.join(each)} each)" if each else points
 
-    @property
-    def has_other_inputs(self) -> bool:
-        """Whether the definition, or its system, depends on more than the definition's text and the sources here."""
-        definition, module = self.definition, type(self.system).__module__
-        is_ours = module.startswith("sweeps.") and not definition.system.endswith(".py")
-        return bool(not is_ours or definition.inputs or "mesh" in definition.text)
-
     def shape_at(self, name: str) -> tuple[int, ...]:
         """Return the shape of a variable's value at one point: () without further dimensions."""
         return tuple(self.grid.extra_dimensions[dim].size for dim in self.variables[name].over)

@@ -141,7 +141,7 @@ import sys, time
 from pathlib import Path
 from sweeps.points.loading import read_sweep
 from sweeps.reading.stored_values import StoredValues
-from sweeps.pipeline import steps as pipeline
+from sweeps.pipeline import run as pipeline
 
 small, large, cores, rounds = *map(read_sweep, sys.argv[1:3]), *map(int, sys.argv[3:])
 path = Path(sys.argv[1]).with_name("made") / "map.nc"

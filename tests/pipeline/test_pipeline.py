@@ -9,7 +9,7 @@ import pytest
 import sweeps
 from sweeps.__main__ import main
 from sweeps.pipeline import claims, up_to_date
-from sweeps.pipeline import steps as pipeline
+from sweeps.pipeline import run as pipeline
 from sweeps.points import catalogue
 from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import shard as shards
@@ -28,7 +28,7 @@ def mine(tmp_path, monkeypatch):
 
 
 def make_files(path, results="results", **options):
-    return list(pipeline.make_outputs(Path(path), "", Path(results), **options))
+    return list(pipeline.run(Path(path), results=results, **{"cores": 1} | options))
 
 
 @pytest.fixture
@@ -85,7 +85,7 @@ def test_a_run_announces_its_work_and_its_folder_or_is_quiet(mine, measured, cap
 def test_what_is_not_cut_is_written_at_once_unless_its_shard_is_there(mine, measured):
     mine.write_text(json.dumps({"grid": GRID}))
     sweep = catalogue.plan_sweep(mine).sweep
-    path, *_ = make_files(mine, workers=2)
+    path, *_ = make_files(mine, cores=2)
     assert measured == []
     content = path.read_bytes()
     path.unlink()

@@ -14,7 +14,7 @@ from toy_package import TOY, write_metadata
 import sweeps
 from sweeps import systems
 from sweeps.__main__ import main
-from sweeps.pipeline import steps as pipeline
+from sweeps.pipeline import run as pipeline
 
 TEXT = (TOY / "honey.yaml").read_text()
 
@@ -35,7 +35,7 @@ def folder(tmp_path, monkeypatch):
 
 def test_a_system_of_ones_own_goes_the_whole_way(folder, capsys):
     assert "damped_top" in systems.system_names()
-    outputs = list(pipeline.make_outputs(Path("honey.yaml"), "", Path("results")))
+    outputs = list(pipeline.run(Path("honey.yaml"), cores=1))
     assert [path.name for path in outputs] == ["stability_map.nc", "figures", "report.html"]
     path = str(outputs[0])
     with sweeps.open_map(path) as ds:
