@@ -1,6 +1,9 @@
 """Trajectories for tests of `certify`: exact motions, engines that integrate them, and files of every kind."""
 
+import math
+
 import numpy as np
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from kernels.free import exact
@@ -15,6 +18,33 @@ def exact_rows(moments, start, times, q0=(1.0, 0.0, 0.0, 0.0)):
         exact.attitude(moments, start, times), scalar_first=True
     )
     return {"t": times, "q": q.as_quat(scalar_first=True), "w": exact.rotation(moments, start, times)}
+
+
+def integrate_rows(moments, start, q0, times, change=None, turning=lambda w, f: w, side=1, method="DOP853", rtol=1e-12):
+    """Return rows by a method of SciPy: w' = f + change(w, q), q' = q v/2 or (side -1) v q/2, v = turning(w, f)."""
+
+    def derivative(_, y):
+        w, q = y[:3], y[3:]
+        f = np.cross(moments * w, w) / moments
+        v = turning(w, f)
+        turn = [-q[1:] @ v, *(q[0] * v + side * np.cross(q[1:], v))]
+        return np.concatenate([f + (change(w, q) if change else 0.0), 0.5 * np.array(turn)])
+
+    y = solve_ivp(derivative, times[[0, -1]], [*start, *q0], method, times, rtol=rtol, atol=0.1 * rtol).y.T
+    return {"t": times, "w": y[:, :3], "q": y[:, 3:] / np.linalg.norm(y[:, 3:], axis=1, keepdims=True)}
+
+
+def split_rows(moments, start, q0, times, step=2e-3):
+    """Return rows by turns about the principal axes 1, 2, 3, 2, 1 (McLachlan and Reich): symplectic, of order 2."""
+    L, q, rows = moments * start, Rotation.from_quat(q0, scalar_first=True), []
+    for span in np.diff(times, prepend=times[0]):
+        steps = math.ceil(span / step)
+        for axis, part in steps * ((0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5)):
+            turn = Rotation.from_rotvec(part * span / steps * L[axis] / moments[axis] * np.eye(3)[axis])
+            L, q = turn.inv().apply(L), q * turn
+        rows.append((L / moments, q.as_quat(scalar_first=True)))
+    w, q = map(np.array, zip(*rows, strict=True))
+    return {"t": times, "w": w, "q": q}
 
 
 def table(rows):

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 from bodies import END, SAMPLES, SPACING, TIMES, rate_of, rates_of
-from numba import carray, cfunc, njit, prange
+from numba import njit, prange
 
 from kernels.compile.jit import takes_whole_vectors
 from kernels.estimator import measure
@@ -22,11 +22,7 @@ from kernels.near_axis import near_axis_block, propagators, survey
 
 TOLERANCES = tuple(10.0**-n for n in range(6, 13))
 SHARES = 4  # shares per thread or process, in sequence, so that a thread that is held up leaves work to its neighbours
-REQUESTED = (
-    "omega_squared",
-    "omega_squared_stderr",
-    "status",
-)  # columns that all contenders give: no errors, hence no regime
+REQUESTED = ("omega_squared", "omega_squared_stderr", "status")  # columns of all contenders: no errors, no regime
 
 
 class Contender:
@@ -278,42 +274,6 @@ def _heyoka_samples(tolerance, k, start, *mode):
     return np.concatenate([samples.transpose(2, 1, 0).copy() for _, samples in batches]), 0.0
 
 
-class Numbalsoda(Contender):
-    """numbalsoda: Hairer's dop853 in Fortran, called from compiled code with a compiled right-hand side."""
-
-    name, package, size = "numbalsoda dop853", "numbalsoda", 8_000
-    mode = "dop853 under prange, right-hand side a Numba cfunc, a thread per core"
-
-    def __init__(self, threads):
-        super().__init__(threads)
-        from numbalsoda import dop853, lsoda_sig
-
-        @cfunc(lsoda_sig)
-        def right_hand_side(t, w_, dw_, k_):
-            w, dw, k = carray(w_, (3,)), carray(dw_, (3,)), carray(k_, (3,))
-            dw[0], dw[1], dw[2] = k[0] * (w[1] * w[2]), k[1] * (w[2] * w[0]), k[2] * (w[0] * w[1])
-
-        @njit(parallel=True, error_model="numpy")
-        def run(address, k, start, times, tolerance, out, samples):
-            for i in prange(k.shape[0]):
-                w, _ = dop853(address, start[i], times, data=k[i], rtol=tolerance, atol=tolerance)
-                out[i] = rate_of(w[:, 1], w[:, 2])
-                if samples.size > 0:
-                    samples[i] = w[:, 1:]
-
-        self.right_hand_side, self.run = right_hand_side, run
-
-    def rates(self, bodies, setting, samples=None):
-        out, samples = np.empty((len(bodies), 2)), np.empty((0, TIMES.size, 2)) if samples is None else samples
-        self.run(self.right_hand_side.address, bodies.k, bodies.start, TIMES, setting, out, samples)
-        return out, 0.0
-
-    def samples(self, bodies, setting):
-        samples = np.empty((len(bodies), TIMES.size, 2))
-        self.rates(bodies, setting, samples)
-        return samples
-
-
 class CyRK(Contender):
     """CyRK: DOP853 in C++, called from compiled code with a compiled right-hand side."""
 
@@ -342,7 +302,15 @@ class CyRK(Contender):
 
         self.right_hand_side, self.run = right_hand_side, run
 
-    rates, samples = Numbalsoda.rates, Numbalsoda.samples
+    def rates(self, bodies, setting, samples=None):
+        out, samples = np.empty((len(bodies), 2)), np.empty((0, TIMES.size, 2)) if samples is None else samples
+        self.run(self.right_hand_side.address, bodies.k, bodies.start, TIMES, setting, out, samples)
+        return out, 0.0
+
+    def samples(self, bodies, setting):
+        samples = np.empty((len(bodies), TIMES.size, 2))
+        self.rates(bodies, setting, samples)
+        return samples
 
 
 class DiffraxFixed(Contender):
@@ -461,4 +429,4 @@ class SciPy(Contender):
         return samples
 
 
-ALL = (Direct, Exact, Heyoka, HeyokaGrid, Numbalsoda, CyRK, DiffraxAdaptive, DiffraxFixed, SciPy)
+ALL = (Direct, Exact, Heyoka, HeyokaGrid, CyRK, DiffraxAdaptive, DiffraxFixed, SciPy)

@@ -7,11 +7,8 @@
 Direct integration, collapse off. Each shard and the merge run as processes of their own, as in the workflow; each size
 is made several times, and medians are printed. Nothing is asserted: absolute times move from machine to machine. Memory
 is the largest resident set of any one process. The time of a sweep of 1,200 points is start-up, and is printed first;
-the slope is that of processor time above the start-up of every process. Last come the stages of a shard and its merge:
-the points a second of the cores with this stage alone, and with this stage and those above it. The kernels alone set
-the first bound; with only Ω² and its standard error they set a bound for any columns. The pipeline's required rate is
-printed too. Above the stages is the same size as `run` makes it, in one process with its kernels in memory,
- from the first shard's start to the closed map.
+the slope is that of processor time above the start-up of every process. Last comes the largest size as `run` makes it,
+in one process with its kernels in memory, from the first shard's start to the closed map.
 """
 
 import argparse
@@ -26,17 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sweeps import systems
-from sweeps.points.estimate import BLOCK_POINTS
-from sweeps.points.loading import read_sweep
-from sweeps.points.sweep import Grid
-from sweeps.reading.stored_values import StoredValues
-from sweeps.shards import merging
-from sweeps.shards import shard as shards
-from sweeps.shards.mapfile import MapFile
-
 SHARD_POINTS = 5_000_000
-BARE = ("omega_squared", "omega_squared_stderr")
 FEW_COLUMNS = "omega_squared, omega_squared_stderr, regime, status, propagation_error"
 TEXT = """\
 title: {points} points
@@ -47,14 +34,7 @@ grid:
   I3: {{start: 0.8, stop: 1.2, num: 10}}
   omega0: {{start: 1.0, stop: 10.0, num: 10}}
 """
-BARS = {"few": 3e6, "all": 2e6}  # points a second, by the wall on two cores, that the pipeline is to come to
 COLUMNS = {"few": f"integration: {{variables: [{FEW_COLUMNS}]}}\n", "all": ""}
-STAGES = {  # stages of every sweep, in this order, and the function of each
-    "kernels": (type(systems.resolve("rigid_body")), "columns"),
-    "points": (Grid, "points"),
-    "reading": (StoredValues, "read"),
-    "writing and hashing": (MapFile, "put_columns"),
-}
 
 
 @dataclass
@@ -140,7 +120,6 @@ RUN = """\
 import sys, time
 from pathlib import Path
 from sweeps.points.loading import read_sweep
-from sweeps.reading.stored_values import StoredValues
 from sweeps.pipeline import run as pipeline
 
 small, large, cores, rounds = *map(read_sweep, sys.argv[1:3]), *map(int, sys.argv[3:])
@@ -177,74 +156,8 @@ def slope(start_up, sizes):
     return np.polyfit(np.log([points for points, *_ in sizes]), np.log(np.maximum(above, 0.01)), 1)[0]
 
 
-def make_one_shard(points, columns, folder):
-    """Makes a map of about so many points from one shard, here; returns the processor time and the points."""
-    definition, points = write_definition(points, columns, folder)
-    sweep, shard, begin = read_sweep(definition), folder / "1-of-1.nc", time.process_time()
-    shards.write_shard(sweep, 1, 1, shard)
-    merging.merge_shards(sweep, [shard], folder / "map.nc")
-    return time.process_time() - begin, points
-
-
-def stages(points, columns, folder):
-    """Return the time of a shard and its merge above start-up: ns of one core a point, by stage, in one thread each."""
-    stage_seconds, originals = dict.fromkeys(STAGES, 0.0), {name: getattr(*place) for name, place in STAGES.items()}
-
-    def with_timer(name):
-        def outer(*arguments):
-            begin = time.thread_time()
-            result = originals[name](*arguments)
-            stage_seconds[name] += time.thread_time() - begin
-            return result
-
-        return outer
-
-    make_one_shard(1200, columns, folder)  # imports, and kernels into memory
-    start, _ = make_one_shard(1200, columns, folder)
-    try:
-        for name, place in STAGES.items():
-            setattr(*place, with_timer(name))
-        busy, points = make_one_shard(points, columns, folder)
-    finally:
-        for name, place in STAGES.items():
-            setattr(*place, originals[name])
-    stage_seconds["the rest"] = max(busy - start - sum(stage_seconds.values()), 0.0)
-    return {name: seconds / points * 1e9 for name, seconds in stage_seconds.items()}
-
-
-def bare(points, folder):
-    """Return ns of one core a point of the kernels that measure Ω² and its error alone."""
-    from kernels.near_axis import survey  # loaded before, it would count as memory of every process that is started
-
-    definition, points = write_definition(points, "few", folder)
-    sweep = read_sweep(definition)
-    run = sweep.definition.integration
-    settings = run.rotations, run.samples_per_rotation, run.tolerance
-    blocks = [sweep.grid.points(low, min(low + BLOCK_POINTS, points)) for low in range(0, points, BLOCK_POINTS)]
-    survey.measure_points(blocks[-1], *settings, wanted=BARE)
-    begin = time.thread_time()
-    for block in blocks:
-        survey.measure_points(block, *settings, wanted=BARE)
-    return (time.thread_time() - begin) / points * 1e9
-
-
-def print_bounds(stage_times, kernel_time, cores, columns):
-    """Print for each stage its time, and the cores' rate with this stage alone, or with it and those above it."""
-    bar = BARS[columns]
-    print(f"asked: {bar:,.0f} points/s on two cores by the wall, {2e9 / bar:.0f} ns of a core a point")
-    print(f"| stage | ns of a core a point | alone at most, points/s on {cores} cores | with those above |")
-    print("|" + "---|" * 4)
-    print(f"| kernels, Ω² and its error alone | {kernel_time:.0f} | {cores * 1e9 / kernel_time:,.0f} | |")
-    total = 0.0
-    for name, nanoseconds in stage_times.items():
-        total += nanoseconds
-        print(
-            f"| {name} | {nanoseconds:.0f} | {cores * 1e9 / max(nanoseconds, 1.0):,.0f} | {cores * 1e9 / total:,.0f} |"
-        )
-
-
 def main(arguments=None):
-    """Prints the table, the slope and the stages, each with the bound that it sets."""
+    """Print the table, the slope, and the time of `run`."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("points", nargs="+", type=float, metavar="POINTS", help="sizes to make, about")
     parser.add_argument("--cores", type=int, default=1, help="processes at a time (default 1)")
@@ -263,9 +176,6 @@ def main(arguments=None):
         if len(rows) > 1:
             print(f"slope of processor time above start-up against points: {slope(start_up, rows):.3f}")
         print_run(round(args.points[-1]), args.columns, args.cores, args.rounds, folder)
-        stage_times = stages(min(args.points[-1], 1e6), args.columns, folder)
-        kernel_time = bare(min(args.points[-1], 1e6), folder)
-    print_bounds(stage_times, kernel_time, args.cores, args.columns)
 
 
 if __name__ == "__main__":

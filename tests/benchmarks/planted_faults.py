@@ -9,9 +9,8 @@ import argparse
 from collections import Counter
 
 import numpy as np
-from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
-from trajectories import exact_rows, table
+from trajectories import exact_rows, integrate_rows, table
 
 import sweeps
 from kernels.free import exact
@@ -36,20 +35,6 @@ def bodies(number):
             continue
         number -= 1
         yield moments, start, Rotation.random(rng=rng).as_quat(scalar_first=True), rng
-
-
-def integrated(moments, start, q0, change, turning=lambda w, f: w, side=1):
-    """The rows of other equations, by DOP853: w' = f + change(w, q), q' = q v/2 or (side -1) v q/2, v = turning."""
-
-    def derivative(_, y):
-        w, q = y[:3], y[3:]
-        f = np.cross(moments * w, w) / moments
-        v = turning(w, f)
-        turn = [-q[1:] @ v, *(q[0] * v + side * np.cross(q[1:], v))]
-        return np.concatenate([f + change(w, q), 0.5 * np.array(turn)])
-
-    y = solve_ivp(derivative, TIMES[[0, -1]], [*start, *q0], "DOP853", TIMES, rtol=1e-12, atol=1e-13).y.T
-    return {"t": TIMES, "w": y[:, :3], "q": y[:, 3:] / np.linalg.norm(y[:, 3:], axis=1, keepdims=True)}
 
 
 def euler(moments, start, q0, steps, semi_implicit):
@@ -83,7 +68,6 @@ def without(rows, name):
 
 def kinds():
     """Word → kind → function of (rows, moments, start, q0, rng) that plants the fault; it returns columns."""
-    none = lambda w, q: 0.0 * w  # noqa: E731
 
     def matrix(rows):
         matrices = Rotation.from_quat(rows["q"], scalar_first=True).as_matrix() @ np.diag([1.0, 1.0, -1.0])
@@ -118,7 +102,7 @@ def kinds():
             p = rng.normal(size=3)
             size = 10.0 ** rng.uniform(-5, -3)
             p *= size / np.linalg.norm(p)
-            planted = integrated(moments, start, q0, change(moments, p, size), turning)
+            planted = integrate_rows(moments, start, q0, TIMES, change(moments, p, size), turning)
             return table(without(planted, alone))
 
         return plant
@@ -148,10 +132,10 @@ def kinds():
     def drifting(rows, moments, start, q0, rng):
         off = rng.normal(size=3)
         off *= 10.0 ** rng.uniform(-4, -1) / np.linalg.norm(off)
-        return table(integrated(moments, start, q0, none, lambda w, f: w + off))
+        return table(integrate_rows(moments, start, q0, TIMES, turning=lambda w, f: w + off))
 
     def other_side(rows, moments, start, q0, rng):  # q' = w q/2 with the rates in the body
-        return table(integrated(moments, start, q0, none, side=-1))
+        return table(integrate_rows(moments, start, q0, TIMES, side=-1))
 
     def inertia(size, alone=""):
         def plant(rows, moments, start, q0, rng):
@@ -180,7 +164,7 @@ def kinds():
         },
         "full_angle": {
             "square": changed("q", lambda r: squared(r["q"])),
-            "factor 2": lambda r, m, start, q0, rng: table(integrated(m, start, q0, none, lambda w, f: 2 * w)),
+            "factor 2": lambda r, *motion: table(integrate_rows(*motion[:3], TIMES, turning=lambda w, f: 2 * w)),
         },
         "axes_swapped": {
             "y and z of attitudes": changed("q", lambda r: r["q"][:, [0, 1, 3, 2]]),
