@@ -68,10 +68,11 @@ def model_of(name):
 
 
 def theory_at(name, **values):
-    """Return theory of the first equilibrium of a shipped system at one point."""
+    """Return theory of the first equilibrium of a shipped system; values are numbers or arrays of one length."""
     model = model_of(name)
-    point = {k: np.array([values.get(k, p.default)]) for k, p in model.system.parameters.items()}
-    return model.theory(point | {"equilibrium": np.array([0])})
+    columns = [values.get(k, p.default) for k, p in model.system.parameters.items()]
+    *columns, equilibrium = np.broadcast_arrays(*map(np.atleast_1d, columns), np.zeros(1, dtype=int))
+    return model.theory(dict(zip(model.system.parameters, columns, strict=True)) | {"equilibrium": equilibrium})
 
 
 def _product(*factors):

@@ -1,5 +1,7 @@
 """Pumped bodies from a definition to a picture: refusals, impossible bodies, Mathieu's curves, verification."""
 
+from itertools import islice
+
 import numpy as np
 import pytest
 
@@ -114,7 +116,6 @@ def test_the_map_is_verified_and_drawn(tmp_path):
     assert presentation.figures(calm)["tongues_axis_3"]() is None  # a map of one colour has no picture
 
 
-@pytest.mark.slow
 def test_the_held_racket_keeps_its_axis_and_the_other_flips():
     """Both motions of the film: attitudes stay orthogonal, and the body at rest keeps its energy."""
     ds = sweeps.survey(RACKET | {"grid": GRID | SIDES | {"I2": [1.9, 2.0182]}})
@@ -129,8 +130,7 @@ def test_the_held_racket_keeps_its_axis_and_the_other_flips():
         )  # DOP853 at 1e-9, some hundred steps
         energy = (L**2 / moments).sum(axis=1)
         assert (np.ptp(energy) < 1e-8) == flips
-    pictures = list(PumpedBodyPresentation(resolve("pumped_body")).animations(ds)["held"]())
-    assert len(pictures) == figure_kapitza_racket.FRAMES + 1
-    assert np.ptp([picture[::7, ::7].astype(float) for picture in pictures[::50]], axis=0).max() > 100  # it moves
+    first, *_, last = islice(PumpedBodyPresentation(resolve("pumped_body")).animations(ds)["held"](), 8)
+    assert np.abs(last[::7, ::7] - first[::7, ::7].astype(float)).max() > 100  # it moves
     steady = ds.isel(I2=[0])
     assert not list(PumpedBodyPresentation(resolve("pumped_body")).animations(steady)["held"]())

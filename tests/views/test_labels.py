@@ -74,9 +74,8 @@ def undrawn_entries(figure):
                     yield handle.get_label()
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", [x if x == "tumblers" else pytest.param(x, marks=pytest.mark.slow) for x in SHIPPED])
 def test_no_text_of_a_picture_lies_on_another_and_legends_show_what_is_drawn(name, monkeypatch):
     monkeypatch.setattr(gallery, "MAX_CHEAP_POINTS", {})
     values = gallery.reduce_points(plain(read_text(file_text(catalogue.shipped_files()[name]))))
