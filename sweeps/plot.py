@@ -140,36 +140,25 @@ def _named_figure(name: str, doc: str, picture: str = "") -> Callable[..., "Axes
     return draw_figure
 
 
-theory_against_measured = _named_figure(
-    "theory_against_measured", "Draw the deviations of measured values from theory, and their errors."
-)
+theory_against_measured = _named_figure("theory_against_measured", "Draw deviations from theory, and measured errors.")
 deviations = theory_against_measured
 bodies = _named_figure("bodies", "Draw real bodies side by side: rates, times between flips, and observed periods.")
-breakdown = _named_figure(
-    "breakdown", "Draw the deviation of measured rates from linear theory against the size of the perturbation."
-)
+breakdown = _named_figure("breakdown", "Draw deviations of rates from linear theory over the size of the perturbation.")
 polhodes = _named_figure("polhodes", "Draw polhodes: curves of the angular velocity on the energy ellipsoid of a body.")
 triangle = _named_figure("triangle", "Draw bodies by shape on the triangle of inertia.")
-points = _named_figure(
-    "points", "Draw sampled or listed points over two coordinates, and a histogram of a measured variable."
-)
+points = _named_figure("points", "Draw sampled or listed points over two coordinates, and a histogram of a variable.")
 precession = _named_figure("precession", "Draw the precession rate of the free symmetric top over I3/I1.")
 cones = _named_figure("cones", "Draw body cone and space cone of a symmetric top.")
 oscillations = _named_figure(
-    "oscillations",
-    "Draw rates of small oscillations for every equilibrium and mode, and the positions of the equilibria.",
+    "oscillations", "Draw rates of every equilibrium and mode, and the equilibria's positions."
 )
 twist = _named_figure("twist", "Draw the twist of a thrown body about its handle.")
-defect = _named_figure(
-    "defect", "Draw the twist of bodies over the angle of the throw: how near to a half twist they come."
-)
+defect = _named_figure("defect", "Draw over the angle of the throw how near to a half twist bodies come.")
 tumbling = _named_figure("tumbling", "Draw the ratio of both periods of a tumbling body.", "periods")
 herpolhode = _named_figure(
-    "herpolhode", "Draw the herpolhode: the curve of the angular velocity in the plane normal to the angular momentum."
+    "herpolhode", "Draw the curve of the angular velocity in the plane normal to L: the herpolhode."
 )
-sense = _named_figure(
-    "sense", "Draw the final sense of spin of a body that loses energy over the hemisphere of its starts."
-)
+sense = _named_figure("sense", "Draw the final sense of spin of a body that loses energy over its starts.")
 settling = _named_figure("settling", "Draw the times until bodies that lose energy are in a flat spin, over the loss.")
 outlook = _named_figure("outlook", "Draw the probability that each spin of bodies with uncertain moments is unstable.")
 

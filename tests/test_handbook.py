@@ -66,14 +66,6 @@ def test_every_number_of_a_page_is_there_and_says_what_it_is_and_none_waits_for_
     assert sorted(names) == sorted(names_on_pages)  # each once
 
 
-@pytest.mark.parametrize(
-    ("value", "form", "text"),
-    [(305.0, ".3g", "305"), (1.2e-13, ".1g", "1\u202f×\u202f10⁻¹³"), (-0.5, ".2f", "−0.50"), (1728.4, ",d", "1,728")],
-)
-def test_numbers_as_people_write_them(value, form, text):
-    assert numbers.format_number(value, form) == text
-
-
 def differences(facts):
     """(name, text on the page, measured) of each number on the pages that is not as measured.
 
@@ -208,13 +200,6 @@ def test_a_film_of_a_card_moves_for_two_seconds(values):
     assert all(changes)
     edges = np.array(pictures)[:, [0, -1], :, :3]
     assert (edges == edges[0, 0, 0]).all()  # no axes at the edges
-
-
-def test_a_build_prints_what_it_measures():
-    lines = []
-    for notice, entry in evidence.counted(["top", "hoop"], lines.append):
-        notice(f"measuring {entry}")
-    assert lines == ["1 of 2: measuring top", "2 of 2: measuring hoop"]
 
 
 def test_a_reduced_sweep_is_small_and_else_the_same():

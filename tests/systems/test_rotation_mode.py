@@ -2,9 +2,9 @@
 
 import math
 
+import euler
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import sweeps
@@ -16,25 +16,18 @@ QUATERNION = ("q0", "q1", "q2", "q3")
 TENSOR = [[2.0, -0.5, 0.0], [-0.5, 2.0, 0.1], [0.0, 0.1, 3.0]]
 
 
-def integrate_in_axes_of_tensor(tensor, omega, times, attitude=(1.0, 0.0, 0.0, 0.0)):
-    """Return ω and q at some times by DOP853: T ω' = (T ω) × ω and q' = q (0, ω)/2."""
-    tensor = np.asarray(tensor, float)
-
-    def slope(t, y):
-        w, q = y[:3], y[3:]
-        rates = np.linalg.solve(tensor, np.cross(tensor @ w, w))
-        return [*rates, -q[1:] @ w / 2, *(q[0] * w + np.cross(q[1:], w)) / 2]
-
-    start = [*omega, *attitude]
-    run = solve_ivp(slope, (times[0], times[-1]), start, "DOP853", t_eval=times, rtol=1e-12, atol=1e-13)
-    return run.y[:3].T, run.y[3:].T
-
-
 def random_tensor(rng):
     """Return the tensor of a random body in random axes."""
     squares = rng.uniform(0.2, 1.0, 3)
     axes = Rotation.random(random_state=rng).as_matrix()
     return axes @ np.diag(squares.sum() - squares) @ axes.T
+
+
+def states_of(motion, way=""):
+    """Return ω and the axes of space in the body, as `euler.rotate` has them."""
+    quaternions = np.transpose([motion[f"{name}{way}"] for name in QUATERNION])
+    matrices = Rotation.from_quat(quaternions, scalar_first=True).as_matrix()
+    return np.concatenate([[motion[name] for name in OMEGAS], matrices.reshape(-1, 9).T])
 
 
 def test_a_motion_is_in_the_axes_of_its_tensor():
@@ -44,11 +37,11 @@ def test_a_motion_is_in_the_axes_of_its_tensor():
         attitude = Rotation.random(random_state=rng).as_quat(scalar_first=True)
         start = dict(zip(OMEGAS, omega, strict=True)) | {"attitude": attitude}
         ours = sweeps.motion(tensor.tolist(), start, times)
-        rates, q = integrate_in_axes_of_tensor(tensor, omega, times, attitude)
-        # DOP853 at 1e-12 accumulates some 1e-11 over 6 s; the principal axes are exact to some 1e-15
-        np.testing.assert_allclose(np.transpose([ours[name] for name in OMEGAS]), rates, atol=1e-9)
-        np.testing.assert_allclose(np.transpose([ours[name] for name in QUATERNION]), q, atol=1e-9)
-        np.testing.assert_allclose(np.transpose([ours[f"{name}_direct"] for name in QUATERNION]), q, atol=1e-9)
+        axes = Rotation.from_quat(attitude, scalar_first=True).as_matrix()
+        expected = euler.rotate(tensor, omega, 6.0, axes, t_eval=times).y
+        for way in ("", "_direct"):
+            # DOP853 at 1e-12 accumulates some 1e-11 over 6 s; the principal axes are exact to some 1e-15
+            np.testing.assert_allclose(states_of(ours, way), expected, atol=1e-9)
         assert ours.attrs["frame"] == "axes of the tensor"
         assert "axis 1 of the tensor" in ours.omega1.attrs["long_name"]
 
@@ -79,10 +72,8 @@ def test_a_mesh_s_frame_is_that_of_its_file(tmp_path, monkeypatch):
     omega, times = turn @ [0.2, 1.0, 0.1], np.linspace(0.0, 5.0, 21)
     ours = sweeps.motion(body, omega, times)
     tensor = turn @ np.diag([13.0, 10.0, 5.0]) @ turn.T  # of a box: m (b² + c²)/12
-    rates, q = integrate_in_axes_of_tensor(tensor, omega, times)
     # the file has eight decimals or more, so its coordinates are off by 1e-8 at most
-    np.testing.assert_allclose(np.transpose([ours[name] for name in OMEGAS]), rates, atol=1e-6)
-    np.testing.assert_allclose(np.transpose([ours[name] for name in QUATERNION]), q, atol=1e-6)
+    np.testing.assert_allclose(states_of(ours), euler.rotate(tensor, omega, 5.0, t_eval=times).y, atol=1e-6)
     assert ours.attrs["frame"] == "axes of the mesh"
     along = sweeps.body(body, omega=turn[:, 2]).facts["rotation"]
     assert (along["mode"], along["axis"]) == ("principal", 1)
@@ -95,7 +86,8 @@ def test_mode_tilts_and_periods_are_those_of_the_integrated_motion(seed):
     facts = sweeps.body(tensor.tolist(), omega=omega).facts["rotation"]
     moments, axes = np.linalg.eigh(tensor)
     times = np.linspace(0.0, facts["period_psi"], 2001)
-    rates, q = integrate_in_axes_of_tensor(tensor, omega, times)
+    states = euler.rotate(tensor, omega, times[-1], t_eval=times).y
+    rates = states[:3].T
     np.testing.assert_allclose(rates[-1], rates[0], atol=1e-8)  # DOP853's error over one period
     # no earlier return: the component about the middle axis changes its sign twice in a period
     assert np.count_nonzero(np.diff(np.signbit(rates @ axes[:, 1]))) == 2
@@ -108,13 +100,8 @@ def test_mode_tilts_and_periods_are_those_of_the_integrated_motion(seed):
         # 2,000 samples a period miss a maximum by some (2π/2000)²/8 of the range
         assert angles.max() == pytest.approx(facts[name], rel=1e-4)
     # mean precession about L, by the azimuth of an axis after one period
-    rotation = Rotation.from_quat(q, scalar_first=True)
-    z = tensor @ omega / momentum
-    x = np.cross(z, [1.0, 0.0, 0.0])
-    x /= np.linalg.norm(x)
     for name, axis in (("period_phi_long_axis", axes[:, 0]), ("period_phi_encircled", encircled)):
-        directions = rotation.apply(axis)
-        azimuth = np.unwrap(np.arctan2(directions @ np.cross(z, x), directions @ x))
+        azimuth = euler.azimuth(euler.in_space(states, axis), tensor @ omega)
         period = 2 * np.pi * facts["period_psi"] / abs(azimuth[-1] - azimuth[0])
         assert period == pytest.approx(facts[name], rel=1e-7)  # DOP853's error over one period
 

@@ -57,17 +57,6 @@ def test_the_tilt_is_that_of_the_motion(tumbles):
     assert float(row["tilt_mean"]) == pytest.approx(tilt.mean(), abs=1e-4)
 
 
-@pytest.mark.parametrize("name", ["throws", "tumbles"])
-def test_verify_looks_at_them(name, request, tmp_path):
-    path = tmp_path / "map.nc"
-    storage.write_map(request.getfixturevalue(name), path)
-    checks = {check.name: check for check in verify.verify(path, points=6)}
-    assert not any(check.findings for check in checks.values()), checks
-    assert not checks["SciPy DOP853"].skip_reason
-    assert not checks["closed form"].skip_reason
-    assert not checks["attitude"].skip_reason
-
-
 def test_a_spin_or_separatrix_without_a_period_is_verified(tmp_path):
     """E = 1 and I3/I1 are spins about principal axes, E = I3/I2 the separatrix: their periods are missing."""
     grid = {"I1": 1.0, "I2": 1.5, "I3": 2.0, "energy": [1.0, 1.2, 2.0 / 1.5, 1.5, 2.0], "omega0": 1.0}

@@ -5,6 +5,7 @@ import shutil
 import pytest
 from report_pages import ReportTab, map_of
 
+import sweeps
 from sweeps.maps.storage import open_map, write_map
 from sweeps.views import report
 
@@ -49,6 +50,18 @@ def visit(browser):
     for tab in tabs:
         tab.context.close()
     assert [message for tab in tabs for message in tab.messages] == []
+
+
+@pytest.fixture
+def visit_map(visit, tmp_path):
+    """Write the report of a map, or of a definition, and open it."""
+
+    def opens(ds, link="", **context):
+        path = tmp_path / "page.html"
+        report.write_report(sweeps.survey(ds) if isinstance(ds, dict) else ds, path)
+        return visit(path, link, **context)
+
+    return opens
 
 
 @pytest.fixture(scope="session")

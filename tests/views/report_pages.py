@@ -180,13 +180,13 @@ def start_of(point):
 OPEN_ALL = "document.querySelectorAll('details').forEach((details) => (details.open = true))"
 
 
-def position_on_map(tab, x, y):
-    """Return the position of a point of the picture on the screen."""
+def position_on_map(tab, x, y, plot="map"):
+    """Return the position of a point of a picture on the screen."""
     return tab.page.evaluate(
-        """([x, y]) => {
-            const plot = document.getElementById("map"), { xaxis, yaxis } = plot._fullLayout;
+        """([x, y, id]) => {
+            const plot = document.getElementById(id), { xaxis, yaxis } = plot._fullLayout;
             const box = plot.getBoundingClientRect();
             return [box.left + xaxis._offset + xaxis.d2p(x), box.top + yaxis._offset + yaxis.d2p(y)];
         }""",
-        [x, y],
+        [x, y, plot],
     )

@@ -31,13 +31,17 @@ def of_gid(ax, gid):
     return [line for line in ax.lines if line.get_gid() == gid]
 
 
-def test_residuals_are_those_of_the_map(tiny):
+def test_residuals_are_those_of_the_map(tiny, monkeypatch):
+    monkeypatch.setattr(agreement, "BLOCK_POINTS", 50)  # so that blocks end inside every dimension
     figure = picture(tiny)
     for column, name, kinds in ((0, "frequency", ("stable_minor", "stable_major")), (1, "growth_rate", ("unstable",))):
         upper, lower = figure.axes[column], figure.axes[2 + column]
         possible = tiny.where((tiny[f"{name}_theory"] > 0) & (tiny.triangle_margin >= 0))
         deviation = (abs(possible[name] - possible[f"{name}_theory"]) / possible[f"{name}_theory"]).values.ravel()
         expected = np.sort(deviation[np.isfinite(deviation)])
+        sizes = (possible[f"{name}_theory"] / abs(possible.omega0)).values.ravel()
+        abscissas = np.concatenate([line.get_xdata() for kind in kinds for line in of_gid(lower, kind)])
+        np.testing.assert_array_equal(np.sort(abscissas), np.sort(sizes[np.isfinite(deviation)]))
         residuals = np.sort(np.concatenate([line.get_ydata() for kind in kinds for line in of_gid(lower, kind)]))
         # exact zeros are drawn at the bottom
         np.testing.assert_array_equal(residuals, np.maximum(expected, agreement.EXACT))
@@ -103,27 +107,6 @@ def test_stride_sees_every_value_of_every_dimension(shape, max_points):
     assert selection.size <= max_points
     for index, length in zip(np.unravel_index(selection, shape), shape, strict=True):
         assert np.unique(index).size == min(length, selection.size)
-
-
-def test_agreement_by_hand(tiny, monkeypatch):
-    monkeypatch.setattr(agreement, "BLOCK_POINTS", 50)  # so that blocks end inside every dimension
-    comparison, _ = compare_columns(tiny, 200)
-    selection = slice(None, None, comparison.stride)
-    measured, theory, error = (
-        tiny[name].values.ravel()[selection] for name in ("frequency", "frequency_theory", "frequency_error")
-    )
-    omega0 = np.broadcast_to(tiny.omega0.values[:, None, None], tiny.frequency.shape).reshape(-1)[selection]
-    np.testing.assert_array_equal(comparison.columns["theory"], theory / abs(omega0))
-    assert comparison.points == tiny.frequency.size == 864
-    assert measured.size <= 200
-    regimes, statuses = comparison.counts.values()
-    assert regimes[2] == np.count_nonzero(tiny.regime == 2)
-    assert sum(regimes.values()) == sum(statuses.values()) == 864
-    with np.errstate(all="ignore"):
-        expected = abs(measured - theory) / theory, error / theory
-    for name, values in zip(("deviation", "error"), expected, strict=True):
-        np.testing.assert_array_equal(comparison.columns[name][theory > 0], values[theory > 0])
-    assert np.nanmax(comparison.columns["ratio"]) <= 1.0
 
 
 def test_worst_deviation_is_over_all_points_that_are_ok_possible_and_of_the_regime(tiny):

@@ -22,10 +22,7 @@ from sweeps.systems.rigid_body.presentation import (
     figure_stability,
     figure_triangle,
 )
-from sweeps.views import figures, films
-
-COARSE = 50  # dots an inch
-
+from sweeps.views import figures
 
 AROUND_A_RACKET = {
     "title": "Around a tennis racket",
@@ -75,59 +72,30 @@ def artists_of_gid(axes, gid):
     return [line for line in axes.lines if line.get_gid() == gid]
 
 
-def assert_picture(path, dots=COARSE):
-    if path.suffix == ".gif":  # its frames are checked in test_figure_flip.py
-        assert path.read_bytes()[:6] == b"GIF89a"
-        return
-    assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
-    pixels = matplotlib.image.imread(path)[..., :3]
-    height, width, _ = pixels.shape
-    assert min(height, width) > 2.5 * dots  # an inch, over several inches
-    assert pixels.std() > 0.05  # a blank page has 0; a page of text has some 0.1
-
-
 # ---------------------------------------------------------------------------------------------------------
 # Files
 
 
-@pytest.fixture(scope="module")
-def of_a_grid(tiny, tmp_path_factory):
-    """Draw a map on the disk: (paths, their folder, matplotlib's settings after each, loaded variables)."""
-    folder = tmp_path_factory.mktemp("grid") / "new" / "figures"
-    write_map(tiny, folder.parents[1] / "map.nc")
-    with open_map(folder.parents[1] / "map.nc") as ds, matplotlib.rc_context(), pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figure_flip, "FRAMES", 3)
-        patch.setattr(films, "ffmpeg_path", lambda: None)
-        patch.setitem(sheets.STYLE, "savefig.dpi", COARSE)
+def test_pictures_of_a_grid_on_the_disk(tiny, tmp_path, monkeypatch):
+    """No variable is loaded, no temporary file is left, and Matplotlib's settings stay, between two pictures too."""
+    monkeypatch.setitem(sheets.STYLE, "savefig.dpi", 50)
+    write_map(tiny, tmp_path / "map.nc")
+    paths, folder = [], tmp_path / "new" / "figures"
+    with open_map(tmp_path / "map.nc") as ds, matplotlib.rc_context():
         matplotlib.rcdefaults()
         before = dict(matplotlib.rcParams)
-        pictures = [(path, dict(matplotlib.rcParams) == before) for path in figures.draw_all(ds, folder)]
-        loaded_names = [name for name in ds.data_vars if ds.variables[name]._in_memory]
-    return [path for path, _ in pictures], folder, [is_same for _, is_same in pictures], loaded_names
-
-
-def test_pictures_of_a_grid(of_a_grid):
-    paths, folder, *_ = of_a_grid
-    assert [path.name for path in paths] == [
-        "stability_axis_1.png",
-        "stability_axis_2.png",
-        "stability_axis_3.png",
-        "theory_against_measured.png",
-        "polhodes.png",
-        "flip.gif",
-    ]
-    assert sorted(folder.iterdir()) == sorted(paths)  # and no temporary file
+        for path in figures.draw_all(ds, folder):
+            assert dict(matplotlib.rcParams) == before
+            paths.append(path)
+        assert [name for name in ds.data_vars if ds.variables[name]._in_memory] == []
+    names = [*(f"stability_axis_{axis}.png" for axis in (1, 2, 3)), "theory_against_measured.png", "polhodes.png"]
+    assert [path.name for path in paths] == [*names, "flip.gif"]
+    assert sorted(folder.iterdir()) == sorted(paths)
+    assert paths.pop().read_bytes()[:6] == b"GIF89a"  # its frames are checked in test_figure_flip.py
     for path in paths:
-        assert_picture(path)
-
-
-@pytest.mark.slow
-def test_drawing_leaves_no_trace(of_a_grid):
-    assert of_a_grid[2] == [True] * 6  # in the pauses of the generator as well
-
-
-def test_a_map_on_disk_is_not_loaded(of_a_grid):
-    assert of_a_grid[3] == []
+        pixels = matplotlib.image.imread(path)[..., :3]
+        assert min(pixels.shape[:2]) > 2.5 * 50  # inches, over several inches
+        assert pixels.std() > 0.05  # a blank page has 0; a page of text has some 0.1
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -247,11 +215,6 @@ def test_one_moment_is_a_curve():
     assert ax.get_xlabel() == "$I_1$  (kg m²)"
 
 
-def test_cell_edges():
-    np.testing.assert_allclose(axis_scales.cell_edges([1.0, 2.0, 4.0]), [0.5, 1.5, 3.0, 5.0])
-    np.testing.assert_allclose(axis_scales.cell_edges([1.0, 10.0, 100.0]), 10.0 ** np.array([-0.5, 0.5, 1.5, 2.5]))
-
-
 @pytest.mark.parametrize(
     ("value", "text"),
     [(0.017479999999999999, "0.01748"), (1e-6, "10⁻⁶"), (-3e12, "−3×10¹²"), (-2.5e-7, "−2.5×10⁻⁷"), (10.0, "10")],
@@ -260,7 +223,9 @@ def test_numbers_as_people_write_them(value, text):
     assert wording.format_number(value) == text
 
 
-def test_units_as_people_write_them():
+def test_units_and_edges_as_people_write_them():
+    np.testing.assert_allclose(axis_scales.cell_edges([1.0, 2.0, 4.0]), [0.5, 1.5, 3.0, 5.0])
+    np.testing.assert_allclose(axis_scales.cell_edges([1.0, 10.0, 100.0]), 10.0 ** np.array([-0.5, 0.5, 1.5, 2.5]))
     assert [wording.format_units(u) for u in ("kg m2", "rad s-1", "1")] == ["kg m²", "rad s⁻¹", ""]
 
 
@@ -323,14 +288,6 @@ def test_bodies_rates_and_periods(breakdown_map):
     assert measured[0] == pytest.approx(303.741, abs=5e-4)
 
 
-def forty_bodies():
-    """Return a map of forty bodies, every second with an observed period, from a second to years."""
-    bodies = [{"name": f"Body {k}", "axis": 3, "ratios": {"I1": 1, "I2": 1.1 + k / 80, "I3": 1.7}} for k in range(40)]
-    for k, body in enumerate(bodies[::2]):
-        body["observed"] = {"period_days": 10.0 ** (k / 2 - 5), "what": "a wobble with a name that goes on and on"}
-    return sweeps.survey({"bodies": bodies, "grid": {"omega0": 3.0}, "integration": {"flips": True}})
-
-
 def test_bodies_say_how_soon_they_grow_and_flip(breakdown_map):
     rates = figure_bodies.draw(sweeps.survey("bodies")).axes[0]
     grows, flips = (
@@ -349,7 +306,12 @@ def test_bodies_say_how_soon_they_grow_and_flip(breakdown_map):
 
 @pytest.mark.slow
 def test_many_bodies_fit_a_page():
-    figure = figure_bodies.draw(forty_bodies())
+    """Forty bodies, every second with an observed period, from a second to years."""
+    bodies = [{"name": f"Body {k}", "axis": 3, "ratios": {"I1": 1, "I2": 1.1 + k / 80, "I3": 1.7}} for k in range(40)]
+    for k, body in enumerate(bodies[::2]):
+        body["observed"] = {"period_days": 10.0 ** (k / 2 - 5), "what": "a wobble with a name that goes on and on"}
+    ds = sweeps.survey({"bodies": bodies, "grid": {"omega0": 3.0}, "integration": {"flips": True}})
+    figure = figure_bodies.draw(ds)
     figure.draw_without_rendering()
     assert figure.get_size_inches()[1] < 17
     rates, periods = figure.axes

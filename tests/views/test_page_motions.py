@@ -1,5 +1,6 @@
 """Motions on a report's page, in a browser if there is one, against SciPy, mpmath and the closed form."""
 
+import itertools
 import math
 import re
 
@@ -16,7 +17,6 @@ from sweeps.__main__ import main
 from sweeps.maps.storage import open_map, write_map
 from sweeps.systems.bodies.variables import VERDICTS
 from sweeps.systems.rigid_body import spin_outcomes
-from sweeps.views import report
 
 
 def test_a_click_shows_the_motion_of_the_point(tab, plane):
@@ -73,66 +73,68 @@ def test_only_what_flips_has_a_flip_period(tab, plane):
     assert outcomes == {True, False}
 
 
+def assert_motion_is_that_of_scipy(tab, slope, **tolerance):
+    """Compare the motion shown with DOP853 of the equations written by hand, from the same start; return both."""
+    times, shown, start = tab.page.evaluate(
+        "(({ times, followed, motion }) => [times, followed, motion[0]])(polhode.map.mode)"
+    )
+    true = solve_ivp(slope, (0, times[-1]), start, "DOP853", times[: len(shown[0])], rtol=1e-12, atol=1e-15).y
+    np.testing.assert_allclose(shown, true[: len(shown)], **tolerance)
+    return np.array(start), np.array(shown)
+
+
 @pytest.mark.slow
-def test_an_unstable_motion_is_followed_by_its_full_equations(visit, pages):
-    """A bead at the bottom of a hoop, against SciPy's DOP853 of the equation written by hand; the nudge is 0.01 rad."""
+def test_an_unstable_motion_is_followed_by_its_full_equations(visit_map):
+    """A bead at the bottom of a hoop; the nudge is 0.01 rad."""
     grid = {"radius": [0.5, 1.0, 1.5], "spin_rate": [2.0, 6.0]}
-    ds = sweeps.survey({"system": "bead_on_hoop", "grid": grid})
-    report.write_report(ds, pages / "hoop.html")
-    tab = visit(pages / "hoop.html", "#radius=1&spin_rate=6&equilibrium=bottom&_x=radius&_y=spin_rate")
-    times, theta = tab.page.evaluate("[polhode.map.mode.times, polhode.map.mode.followed[0]]")
+    link = "#radius=1&spin_rate=6&equilibrium=bottom&_x=radius&_y=spin_rate"
+    tab = visit_map({"system": "bead_on_hoop", "grid": grid}, link)
     slope = lambda t, y: [y[1], (36.0 * math.cos(y[0]) - 9.80665) * math.sin(y[0])]  # noqa: E731
-    start = tab.page.evaluate("polhode.map.mode.motion[0]")
+    # its tolerance, 1e-11 rad, grown with the motion a hundredfold out, and as much again back near the bottom
+    start, (theta,) = assert_motion_is_that_of_scipy(tab, slope, atol=1e-6)
     along = [0.01, 0.01 * math.sqrt(36.0 - 9.80665)]  # the mode that grows
     np.testing.assert_allclose(start, along, rtol=1e-6)  # slopes by differences of the page's forces
-    true = solve_ivp(slope, (0, times[-1]), start, "DOP853", times, rtol=1e-12, atol=1e-14).y[0]
-    # its tolerance, 1e-11 rad, grown with the motion a hundredfold out, and as much again back near the bottom
-    np.testing.assert_allclose(theta, true, rtol=0, atol=1e-6)
     assert max(theta) > 1
     words = tab.page.locator("#mode-words").inner_text()
-    assert parsed(re.search(r"at most ([\d.]+)", words)[1]) == pytest.approx(max(true), rel=5e-3)  # three digits
-    tilt = math.acos(9.80665 / 36.0)
+    assert parsed(re.search(r"at most ([\d.]+)", words)[1]) == pytest.approx(max(theta), rel=5e-3)  # three digits
     markers = tab.page.evaluate(
         "document.getElementById('places-plot').data.filter(({ mode }) => mode === 'markers')"
         ".flatMap((trace) => trace.x.map((x, i) => [x, trace.y[i]]))"
     )
+    tilt = math.acos(9.80665 / 36.0)
     assert any(x == 1.0 and y == pytest.approx(tilt, rel=1e-6) for x, y in markers)
 
 
 @pytest.mark.slow
-def test_a_motion_near_l4_is_that_of_the_equations_in_space_at_rest(visit, pages):
-    """Two bodies that attract the third, in axes that do not turn, by DOP853: another form of the same equations."""
-    ds = sweeps.survey({"system": "lagrange_points", "grid": {"mass_ratio": [0.01, 0.02]}})
-    report.write_report(ds, pages / "points.html")
-    tab = visit(pages / "points.html", "#mass_ratio=0.01&equilibrium=L4&_epsilon=0.01")
-    times, x, y = tab.page.evaluate("[polhode.map.mode.times, ...polhode.map.mode.followed]")
-    speed = tab.page.evaluate("polhode.map.mode.motion[0].slice(2)")
+def test_a_motion_near_l4_is_that_of_two_attracting_bodies(visit_map):
+    """In axes that turn with the bodies: their attraction, Coriolis's force and the centrifugal one."""
 
     def slope(t, state):
-        places = [(r * math.cos(t), r * math.sin(t)) for r in (-0.01, 0.99)]
-        pulls = [np.subtract(p, state[:2]) for p in places]
-        return [*state[2:], *(0.99 * pulls[0] / np.hypot(*pulls[0]) ** 3 + 0.01 * pulls[1] / np.hypot(*pulls[1]) ** 3)]
+        place, velocity = state[:2], state[2:]
+        pulls = [
+            share * (at - place) / np.hypot(*(at - place)) ** 3 for share, at in ((0.99, [-0.01, 0]), (0.01, [0.99, 0]))
+        ]
+        return [*velocity, *(place + np.sum(pulls, axis=0) + [2 * velocity[1], -2 * velocity[0]])]
 
-    start = [x[0], y[0], speed[0] - y[0], speed[1] + x[0]]
-    u, v = solve_ivp(slope, (0, times[-1]), start, "DOP853", times, rtol=1e-12, atol=1e-14).y[:2]
-    c, s = np.cos(times), np.sin(times)
+    definition = {"system": "lagrange_points", "grid": {"mass_ratio": [0.01, 0.02]}}
+    tab = visit_map(definition, "#mass_ratio=0.01&equilibrium=L4&_epsilon=0.01")
     # its tolerance, 1e-11, over some ten periods of motions that do not grow
-    np.testing.assert_allclose([x, y], [c * u + s * v, c * v - s * u], atol=1e-8)
+    _, shown = assert_motion_is_that_of_scipy(tab, slope, atol=1e-8)
     theory = tab.page.evaluate("polhode.map.mode.theory")
-    np.testing.assert_allclose(theory, [x, y], atol=2e-3)  # linear theory: ε² and its growth in phase
+    np.testing.assert_allclose(theory, shown, atol=2e-3)  # linear theory: ε² and its growth in phase
     assert tab.page.locator("#mechanism").is_visible()
 
 
 @pytest.mark.slow
-def test_a_shaken_pendulum_moves_as_scipy_has_it(visit, pages):
+def test_a_shaken_pendulum_stays_upside_down(visit_map):
     grid = {"amplitude": [0.1, 0.2], "frequency": [30.0, 60.0]}
-    report.write_report(sweeps.survey({"system": "kapitza_pendulum", "grid": grid}), pages / "shaken.html")
-    tab = visit(pages / "shaken.html", "#amplitude=0.1&frequency=60&equilibrium=inverted&_epsilon=0.1")
-    times, theta = tab.page.evaluate("[polhode.map.mode.times, polhode.map.mode.followed[0]]")
+    link = "#amplitude=0.1&frequency=60&equilibrium=inverted&_epsilon=0.1"
+    tab = visit_map({"system": "kapitza_pendulum", "grid": grid}, link)
     slope = lambda t, y: [y[1], -(9.80665 - 0.1 * 3600 * math.cos(60 * t)) * math.sin(y[0])]  # noqa: E731
-    true = solve_ivp(slope, (0, times[-1]), [math.pi + 0.1, 0.0], "DOP853", times, rtol=1e-12, atol=1e-14).y[0]
-    np.testing.assert_allclose(theta, true, atol=1e-7)  # its tolerance, 1e-10, of some thousand steps
-    assert np.abs(np.subtract(theta, np.pi)).max() < 0.5  # it stays upside down
+    # its tolerance, 1e-10, of some thousand steps
+    start, (theta,) = assert_motion_is_that_of_scipy(tab, slope, atol=1e-7)
+    np.testing.assert_allclose(start, [math.pi + 0.1, 0.0], rtol=1e-12, atol=1e-12)
+    assert np.abs(theta - np.pi).max() < 0.5
     assert "stay bounded" in tab.page.locator("#say").inner_text()
 
 
@@ -145,12 +147,11 @@ def test_a_shaken_pendulum_moves_as_scipy_has_it(visit, pages):
         ({"I1": [1.0, 2.0], "I2": 2.5, "I3": 4.0}, [0.5, 0.625, 1.0]),
     ],
 )
-def test_a_body_moves_on_its_orbit_as_scipy_has_it(shape, moments, visit, pages):
+def test_a_body_moves_on_its_orbit_as_scipy_has_it(shape, moments, visit_map):
     """Euler's equations with the torque of a point mass, in quaternions, from the map's reference motion and a tilt."""
     ds = sweeps.survey({"system": "orbit", "grid": {**shape, "eccentricity": [0.05, 0.1]}})
-    report.write_report(ds, pages / "orbit.html")
     name, values = next(iter(shape.items()))
-    page = visit(pages / "orbit.html", f"#{name}={values[1]}&eccentricity=0.1&plane=out_of_plane").page
+    page = visit_map(ds, f"#{name}={values[1]}&eccentricity=0.1&plane=out_of_plane").page
     shown, states = page.evaluate("[polhode.orbiting.moments, polhode.orbiting.states]")
     np.testing.assert_allclose(shown, moments, rtol=1e-14)  # a rounding or two
     point = ds.squeeze().sel({name: values[1], "eccentricity": 0.1, "plane": "out_of_plane"})
@@ -168,43 +169,33 @@ def test_a_body_moves_on_its_orbit_as_scipy_has_it(shape, moments, visit, pages)
     np.testing.assert_allclose(states[480], end, atol=1e-6)  # the page's tolerance, grown over two orbits
 
 
-def test_a_growing_motion_starts_along_its_floquet_vector(visit, pages):
+def test_a_growing_motion_starts_along_its_floquet_vector(visit_map):
     """x'' + (a - 2 q cos 2t) x = 0 in the first tongue: each period of π multiplies the motion by one multiplier."""
-    report.write_report(
-        sweeps.survey({"system": "mathieu", "grid": {"a": [1.0, 1.1], "q": [0.3, 0.5]}}), pages / "tongue.html"
-    )
-    tab = visit(pages / "tongue.html", "#a=1&q=0.5&_epsilon=0.001")
-    times, x, sizes = tab.page.evaluate(
-        "[polhode.map.mode.times, polhode.map.mode.followed[0], polhode.map.mode.sizes]"
-    )
+    tab = visit_map({"system": "mathieu", "grid": {"a": [1.0, 1.1], "q": [0.3, 0.5]}}, "#a=1&q=0.5&_epsilon=0.001")
     slope = lambda t, y: [y[1], -(1 - np.cos(2 * t)) * y[0]]  # noqa: E731
-    matrix = np.transpose(
-        [solve_ivp(slope, (0, np.pi), e, "DOP853", rtol=1e-12, atol=1e-14).y[:, -1] for e in np.eye(2)]
-    )
-    values, vectors = np.linalg.eig(matrix)
+    start, _ = assert_motion_is_that_of_scipy(tab, slope, rtol=1e-8, atol=1e-11)  # its tolerance, grown
+    period = [solve_ivp(slope, (0, np.pi), e, "DOP853", rtol=1e-12, atol=1e-14).y[:, -1] for e in np.eye(2)]
+    values, vectors = np.linalg.eig(np.transpose(period))
     fastest = np.argmax(np.abs(values))
     assert np.abs(values[fastest]) > 1.5
-    start = 1e-3 * sizes[0] * vectors[:, fastest] / vectors[0, fastest]
-    true = solve_ivp(slope, (0, times[-1]), start, "DOP853", times[: len(x)], rtol=1e-12, atol=1e-15).y[0]
+    amplitude = 1e-3 * tab.page.evaluate("polhode.map.mode.sizes[0]")
     # the matrix on the page is a difference quotient: its vector is off by some 1e-9
-    np.testing.assert_allclose(x, true, rtol=1e-6, atol=1e-7 * np.abs(true).max())
+    np.testing.assert_allclose(start, amplitude * vectors[:, fastest] / vectors[0, fastest], rtol=1e-7)
 
 
 @pytest.mark.slow
-def test_a_chosen_eigenvalue_moves_in_the_shape_of_its_mode(visit, pages):
+def test_a_chosen_eigenvalue_moves_in_the_shape_of_its_mode(visit_map):
     """A satellite in the Lagrange region: started in the shape of any other mode, it would leave linear theory."""
     grid = {"k1": [0.55, 0.6], "k3": [0.2, 0.3]}
-    report.write_report(sweeps.survey({"system": "gravity_gradient", "grid": grid}), pages / "satellite.html")
-    tab = visit(pages / "satellite.html", "#k1=0.6&k3=0.3&_epsilon=1e-6")
+    tab = visit_map({"system": "gravity_gradient", "grid": grid}, "#k1=0.6&k3=0.3&_epsilon=1e-6")
     page = tab.page
     words = page.evaluate("polhode.map.mode.words")
-    everything = words.replace("\xa0", " ")
     for number in (2, 1, 3, 4, 5, 6):  # 1 is that with which the page opens
         page.locator("[data-dimension=eigenvalue] select").select_option(label=str(number))
         tab.until("(words) => polhode.map.mode.words !== words", words)
         page.wait_for_timeout(300)
         period = f"{2 * math.pi / abs(parsed(tab.row('eigenvalue_imag')[1])):.4g} s"
-        assert period in everything
+        assert period in words.replace("\xa0", " ")
         shown = page.inner_text("#mode-words").replace("\xa0", " ")
         assert shown.startswith(f"Perturbations oscillate with period {period}.")
         followed, theory, rest = page.evaluate(
@@ -259,7 +250,7 @@ def test_an_own_system_moves_its_particles_if_the_definition_is_given(visit, pag
 
 
 @pytest.mark.slow
-def test_a_bodys_own_mesh_turns_and_no_file_is_read_for_it(visit, pages, tmp_path):
+def test_a_bodys_own_mesh_turns_and_no_file_is_read_for_it(visit_map, tmp_path):
     trimesh = pytest.importorskip("trimesh")
     trimesh.creation.box((3.0, 2.0, 1.0)).export(tmp_path / "brick.stl")
     mesh = {"file": str(tmp_path / "brick.stl"), "mass": 1.0}
@@ -268,8 +259,7 @@ def test_a_bodys_own_mesh_turns_and_no_file_is_read_for_it(visit, pages, tmp_pat
     write_map(ds, tmp_path / "mesh.nc")
     (tmp_path / "brick.stl").unlink()
     with open_map(tmp_path / "mesh.nc") as map_with_mesh:
-        report.write_report(map_with_mesh, pages / "mesh.html")
-    tab = visit(pages / "mesh.html", "#body=Brick&axis=2")
+        tab = visit_map(map_with_mesh, "#body=Brick&axis=2")
     corners = tab.page.evaluate("polhode.motion.faces.map((face) => face.corners)")
     half = np.array([1.5, 1.0, 0.5]) / np.linalg.norm([1.5, 1.0, 0.5])
     np.testing.assert_allclose(np.abs(corners), np.broadcast_to(half, (12, 3, 3)), atol=1e-4)  # of 16 bits
@@ -282,20 +272,14 @@ def test_a_bodys_own_mesh_turns_and_no_file_is_read_for_it(visit, pages, tmp_pat
 @pytest.mark.slow
 def test_elliptic_functions_of_the_page_against_mpmath(tab):
     """Error of a phase: some 1e-16 of u; 1e-12 is the bar, and dn and cn keep it without further care."""
-    cases = [(m, u) for m in (0.0, 1e-9, 0.3, 0.5, 0.9, 1 - 1e-6) for u in (0.0, 1e-9, 0.4, 1.9, -3.3, 47.0)]
-    complements = [(1e-12, u) for u in (0.4, 9.0, 31.0)]
+    parameters = [(m, 1 - m) for m in (0.0, 1e-9, 0.3, 0.5, 0.9, 1 - 1e-6)] + [(1.0, 1e-12)]  # m and its complement
     with mpmath.workdps(40):
-        for m, u in cases:
-            values = tab.page.evaluate("([u, m]) => polhode.jacobi(u, m, 1 - m)", [u, m])
-            for kind, value in zip(("sn", "cn", "dn"), values, strict=True):
-                assert value == pytest.approx(float(mpmath.ellipfun(kind, u, m=mpmath.mpf(m))), abs=1e-12, rel=1e-12)
-            K = tab.page.evaluate("(m) => polhode.completeK(m, 1 - m)", m)
-            assert pytest.approx(float(mpmath.ellipk(mpmath.mpf(m))), rel=1e-12) == K
-        for m1, u in complements:
-            values = tab.page.evaluate("([u, m1]) => polhode.jacobi(u, 1 - m1, m1)", [u, m1])
-            for kind, value in zip(("sn", "cn", "dn"), values, strict=True):
-                true = mpmath.ellipfun(kind, u, m=1 - mpmath.mpf(m1))
-                assert value == pytest.approx(float(true), rel=1e-12)
+        for (m, m1), u in itertools.product(parameters, (0.0, 1e-9, 0.4, 1.9, -3.3, 31.0, 47.0)):
+            values = tab.page.evaluate("([u, m, m1]) => polhode.jacobi(u, m, m1)", [u, m, m1])
+            expected = [float(mpmath.ellipfun(kind, u, m=1 - mpmath.mpf(m1))) for kind in ("sn", "cn", "dn")]
+            assert values == pytest.approx(expected, abs=1e-12, rel=1e-12)
+            K = tab.page.evaluate("([m, m1]) => polhode.completeK(m, m1)", [m, m1])
+            assert pytest.approx(float(mpmath.ellipk(1 - mpmath.mpf(m1))), rel=1e-12) == K
     limit = tab.page.evaluate("polhode.jacobi(2, 1, 0)")
     assert limit == pytest.approx([math.tanh(2), 1 / math.cosh(2), 1 / math.cosh(2)], rel=1e-15)
     assert tab.page.evaluate("polhode.completeK(1, 0) === Infinity")
@@ -382,17 +366,15 @@ THROWS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("system", THROWS)
-def test_bodies_of_other_systems_move_as_the_command_has_it(visit, pages, system):
+def test_bodies_of_other_systems_move_as_the_command_has_it(visit_map, system):
     """Against DOP853 of the angular momentum's equation from the same start, of changing moments too."""
-    report.write_report(sweeps.survey({"system": system, **THROWS[system]}), pages / f"{system}.html")
-    page = visit(pages / f"{system}.html").page
-    end, moments, starts, rates = page.evaluate(
-        "(({ end, moments, trajectory }) => [end, moments, trajectory.at(0), trajectory.at(0.3 * end)])(polhode.motion)"
+    end, moments, starts, rates, depth, loss = visit_map({"system": system, **THROWS[system]}).page.evaluate(
+        "(({ end, moments, trajectory, shaken }) => [end, moments, trajectory.at(0), trajectory.at(0.3 * end), "
+        "shaken?.depths[1] ?? 0, shaken?.loss ?? 0])(polhode.motion)"
     )
-    depth = page.evaluate("polhode.motion.shaken?.depths[1] ?? 0")
     inertia = lambda t: np.array(moments) * np.array([1, 1 + depth * math.cos(0.25 * t), 1])  # noqa: E731
     L = inertia(0) * starts
-    loss = page.evaluate("polhode.motion.shaken?.loss ?? 0") / np.linalg.norm(L)
+    loss /= np.linalg.norm(L)
     slope = lambda t, L: (turn := np.cross(L, L / inertia(t))) + loss * np.cross(L, turn)  # noqa: E731
     true = solve_ivp(slope, (0, 0.3 * end), L, "DOP853", rtol=1e-12, atol=1e-14).y[:, -1] / inertia(0.3 * end)
     # of the page's own integrations, lines between the steps: (2 pi/160)^2/8 of the rates

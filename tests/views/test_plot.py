@@ -173,15 +173,9 @@ def test_a_wrong_wish_gets_one_message(path, tmp_path, capsys, monkeypatch, opti
 # severity 1, on linear red, green and blue
 SIGHT = {
     "all colours": np.eye(3),
-    "no red": np.array(
-        [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
-    ),
-    "no green": np.array(
-        [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
-    ),
-    "no blue": np.array(
-        [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]]
-    ),
+    "no red": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "no green": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    "no blue": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
 }
 REGIMES = (colors.STABLE, colors.UNSTABLE, colors.LIGHT_BLUE)
 
@@ -208,7 +202,7 @@ def lab(rgb):
 
 def simulate_vision(rgb, sight):
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    rates = np.clip(linear @ SIGHT[sight].T, 0.0, 1.0)
+    rates = np.clip(linear @ np.transpose(SIGHT[sight]), 0.0, 1.0)
     return np.where(rates <= 0.0031308, 12.92 * rates, 1.055 * rates ** (1 / 2.4) - 0.055)
 
 

@@ -40,11 +40,7 @@ MAPS = {
     "pendulum": {"system": "pendulum", "grid": {"length": [0.5, 1.0, 2.0], "gravity": [1.6, 9.8], "epsilon": 1e-6}},
 }
 
-FAST = (
-    "rigid_body",
-    "bodies",
-    "draws",
-)  # systems with kernels that every test run has; further systems compile their own
+FAST = ("rigid_body", "bodies", "draws")  # their kernels are those of every test run
 QUICK_AND_SLOW = [*FAST, *(pytest.param(name, marks=pytest.mark.slow) for name in MAPS if name not in FAST)]
 
 
@@ -87,44 +83,33 @@ def stored_order(ds, dim, places):
 @pytest.mark.parametrize("name", QUICK_AND_SLOW)
 def test_a_slice_has_the_dimensions_and_the_values_of_its_map(maps, name):
     ds = maps(name)
+    assert slices.with_all_dimensions(ds) is ds
     for selection in choices(ds, 12):
         expected = ds.isel({dim: stored_order(ds, dim, places) for dim, places in selection.items()})
         for slice_of_map in (ds.isel(selection), ds.isel(selection).transpose()):
             restored = slices.with_all_dimensions(slice_of_map)
-            if isinstance(
-                selection.get("point", selection.get("body")), int
-            ):  # own numbers and the grid's are the same
+            if isinstance(selection.get("point", selection.get("body")), int):  # its own numbers and the grid's agree
                 restored, expected = restored.squeeze(), expected.squeeze()
             for variable in ds.data_vars:
                 assert restored[variable].dims == expected[variable].dims
                 np.testing.assert_array_equal(restored[variable].values, expected[variable].values)
 
 
-@pytest.mark.parametrize("name", QUICK_AND_SLOW)
-def test_a_whole_map_is_returned_as_it_is(maps, name):
-    assert slices.with_all_dimensions(maps(name)) is maps(name)
-
-
-def draw_all_of(ds):
-    """Draw every picture of a map; a picture without data is refused in words."""
-    count = 0
-    for name in figures.pictures(ds):
-        try:
-            count += isinstance(plot.draw(ds, name).figure, Figure)
-        except RefusedError as refused:
-            assert "nothing to show" in str(refused)  # noqa: PT017
-    return count
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MAPS)
 def test_every_picture_of_a_random_slice_is_drawn_or_refused_in_words(maps, name):
     for selection in choices(maps(name), 4):
-        draw_all_of(maps(name).isel(selection))
+        slice_of_map = maps(name).isel(selection)
+        for picture in figures.pictures(slice_of_map):
+            try:
+                assert isinstance(plot.draw(slice_of_map, picture).figure, Figure)
+            except RefusedError as refused:
+                assert "nothing to show" in str(refused)  # noqa: PT017
 
 
 def test_a_slice_by_label_is_drawn_as_its_place_in_the_map(maps):
     ds = maps("rigid_body")
+    assert "1 point" in ds.isel(dict.fromkeys(ds.dims, 0)).polhode.summary()
     by_label = plot.stability(ds, axis=2, at={"omega0": 1.0, "epsilon": 1e-6})
     for slice_of_map in (
         ds.sel(axis=2, omega0=1.0).sel(epsilon=1e-6),
@@ -144,10 +129,7 @@ def test_a_slice_by_label_is_drawn_as_its_place_in_the_map(maps):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (
-            lambda ds: xr.Dataset({"t": ("x", [1.0])}),
-            "ds: its attribute contract_version is missing; allowed: a Dataset",
-        ),
+        (lambda ds: xr.Dataset({"t": ("x", [1.0])}), "ds: its attribute contract_version is missing; allowed: a"),
         (lambda ds: ds.growth_rate, "ds: is of type DataArray; allowed: a Dataset"),
         (lambda ds: ds.isel(axis=0, drop=True), "ds: the coordinate axis is missing; allowed: a slice that keeps"),
         (lambda ds: ds.isel(I1=[]), "ds: has no points along I1; allowed: a slice with one point"),
@@ -161,11 +143,6 @@ def test_what_is_no_map_is_refused_in_words(maps, change, message):
         with pytest.raises(RefusedError) as error:
             call(ds)
         assert str(error.value).startswith(message)
-
-
-def test_a_point_has_a_summary(maps):
-    ds = maps("rigid_body")
-    assert "1 point" in ds.isel(dict.fromkeys(ds.dims, 0)).polhode.summary()
 
 
 @pytest.mark.parametrize("name", ["rigid_body", pytest.param("pendulum", marks=pytest.mark.slow)])
