@@ -30,7 +30,6 @@ Source: Neumaier, Interval Methods for Systems of Equations, section 5.1; Allgow
 Methods, chapter 2.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -55,33 +54,6 @@ SLACK = 1.0 + 1e-14  # factor that covers the rounding of bounds
 MAX_GAP = 64.0 / STEPS * 2.0**-MAX_HALVINGS  # fraction of the path between the ends of two roots of one pair
 
 
-@dataclass(frozen=True)
-class ParameterPath:
-    """The path from the parameters' defaults to points."""
-
-    #: fraction of the path → roots (points, count, n), padded by NaN, and True if they are proved to be all of a
-    #: point, (points,)
-    search: Callable
-    slopes: Callable  #: as of :func:`continue_roots`
-    parameters: Callable  #: (points, shares) → parameters, as of :func:`continue_roots`
-    bounds: Callable  #: fraction of the path → the range of each variable, shape (points, n, 2)
-    periodic: np.ndarray  #: True for periodic variables, shape (n,)
-
-    def distance(self, a, b, width):
-        """Return the largest distance of any variable of `a` and `b`, relative to its range `width`, shape (…,).
-
-        Periodic variables take the shorter way round.
-        """
-        distance = np.abs(a - b) / width
-        return np.where(self.periodic, np.abs(distance - np.round(distance)), distance).max(axis=-1)
-
-    def is_outside(self, place, bounds):
-        """Return True for places outside the bounds of a variable that is not periodic."""
-        width = SAME_PLACE * (bounds[..., 1] - bounds[..., 0])
-        is_beyond = (place < bounds[..., 0] + width) | (place > bounds[..., 1] - width)
-        return (is_beyond & ~self.periodic).any(axis=-1)
-
-
 @dataclass
 class ContinuedRoots:
     """Roots after their continuation."""
@@ -92,11 +64,11 @@ class ContinuedRoots:
     is_complete: np.ndarray  #: shape (zeros,), True if the root was continued to the end
 
 
-def follow_branches(path: ParameterPath, max_slots: int) -> tuple[np.ndarray, np.ndarray]:
+def follow_branches(path, max_slots: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the index of each slot's root at the end of the path, and True for points at which that is decided.
 
     Args:
-        path: the path to the points.
+        path: the path to the points, an `equilibria.ParameterPath`.
         max_slots: number of slots.
 
     Returns:
@@ -149,7 +121,7 @@ def assign_new_roots(slots, new, free_from) -> None:
 def _continue_step(path, old, new, slots, begin, end):
     """Return the slots with the indices of the new roots, and True for points at which that is decided."""
     point, slot = np.nonzero(slots >= 0)
-    forward = _continue_roots(path, point, old[point, slots[point, slot]], begin, end)
+    forward = continue_roots(path, point, old[point, slots[point, slot]], begin, end)
     root = _match_roots(path, new, point, forward, path.bounds(end))
     result, is_decided = np.full(slots.shape, -1), np.ones(len(slots), dtype=bool)
     result[point, slot] = root
@@ -159,7 +131,7 @@ def _continue_step(path, old, new, slots, begin, end):
     is_matched = np.zeros(new.shape[:2], dtype=bool)
     is_matched[point[root >= 0], root[root >= 0]] = True
     new_points, number = np.nonzero(~is_matched & ~np.isnan(new).any(axis=-1))
-    backward = _continue_roots(path, new_points, new[new_points, number], end, begin)
+    backward = continue_roots(path, new_points, new[new_points, number], end, begin)
     free_from = np.where(forward.is_complete, end, forward.share)  # a complete one has left the bounds
     for k in np.unique(np.concatenate([new_points, point[root < 0]])):
         old_rows, new_rows = np.flatnonzero((point == k) & (root < 0)), np.flatnonzero(new_points == k)
@@ -178,12 +150,6 @@ def _continue_step(path, old, new, slots, begin, end):
             dict(zip(slot[old_rows], free_from[old_rows], strict=True)),
         )
     return result, is_decided
-
-
-def _continue_roots(path, point, place, begin, end) -> ContinuedRoots:
-    """Return the roots of points continued from one fraction of the path to another, with bounds of its beginning."""
-    bounds = path.bounds(begin)[point]
-    return continue_roots(path.slopes, path.parameters, point, place, begin, end, bounds[..., 1] - bounds[..., 0])
 
 
 def _match_roots(path, new, point, forward, bounds):
@@ -232,19 +198,17 @@ def _pair_stopped_roots(path, old_places, forward_roots, backward_roots, bounds,
 # -- continuation of roots over a step
 
 
-def continue_roots(slopes: Callable, path: Callable, owner, place, begin: float, end: float, width) -> ContinuedRoots:
+def continue_roots(path, owner, place, begin: float, end: float) -> ContinuedRoots:
     """Follow roots from one fraction of the path to another, forwards or backwards.
 
     Args:
-        slopes: (low, high), shape (boxes, n + parameters) → enclosures (boxes, n, 1 + n + parameters, 2) of F and its
-            derivatives by variables and parameters, and states (boxes,).
-        path: (owner, share) → parameters, shape (zeros, parameters).
-        owner: the point of each root, an argument of `path`.
+        path: an `equilibria.ParameterPath`.
+        owner: the point of each root, shape (zeros,).
         place: roots at `begin`, shape (zeros, n).
-        begin: fraction of the path at the start.
+        begin: fraction of the path at the start; distances are relative to the bounds there.
         end: fraction of the path at the end.
-        width: ranges of the variables, shape (zeros, n).
     """
+    width = np.ptp(path.bounds(begin)[owner], axis=-1)
     x, s = place.copy(), np.full(owner.size, begin)
     speed, step, is_careful = np.zeros(place.shape), np.full(owner.size, end - begin), np.zeros(owner.size, dtype=bool)
     shortest = abs(end - begin) * 2.0**-MAX_HALVINGS
@@ -255,9 +219,9 @@ def continue_roots(slopes: Callable, path: Callable, owner, place, begin: float,
                 break
             next_share = s[active] + step[active]
             next_share = np.where((next_share - end) * np.sign(step[active]) >= 0.0, end, next_share)
-            end_parameters = [path(owner[active], share) for share in (s[active], next_share)]
+            end_parameters = [path.parameters(owner[active], share) for share in (s[active], next_share)]
             guess = x[active] + speed[active] * (next_share - s[active])[:, None]
-            next_places = _advance_roots(slopes, x[active], guess, *end_parameters, width[active])
+            next_places = _advance_roots(path.slopes, x[active], guess, *end_parameters, width[active])
             is_passed = np.isfinite(next_places).all(axis=1)
             step_rows = active[is_passed]
             speed[step_rows] = (next_places[is_passed] - x[step_rows]) / (next_share[is_passed] - s[step_rows])[:, None]

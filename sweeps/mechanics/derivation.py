@@ -232,17 +232,12 @@ def _eliminate_cyclic_coordinates(system, a, b, V, remaining, cyclic):
 
 
 def check_positive(system: System, q: tuple, a: sp.Matrix) -> None:
-    """Check that `a` of a `system` is real and positive definite at the defaults, for some `q` in bounds and times."""
-    defaults = {p.symbol: p.default for p in system.parameters.values()}
-    corners = [[complex(bound.subs(defaults)).real for bound in c.bounds] for c in system.kept]
-    fractions = (0.137, 0.411, 0.5, 0.689, 0.931)
-    places = [[low + f * (high - low) for low, high in corners] for f in fractions]
-    rng = np.random.default_rng(0)
-    places += [[low + f * (high - low) for (low, high), f in zip(corners, rng.random(len(corners)), strict=True)]]
-    function = sp.lambdify((*defaults, *q, system.time), a.tolist(), "mpmath", cse=True)
-    for time, place in enumerate(places):
-        numbers = _evaluate_matrix(function, (*defaults.values(), *place, 0.37 * time))
-        where = ", ".join(f"{x} = {y:.4g}" for x, y in zip(q, place, strict=True))
+    """Check that `a` of a `system` is real and positive definite at random places `q`."""
+    places = [*_random_values(system)]
+    function = sp.lambdify([*places[0]], a.tolist(), "mpmath", cse=True)
+    for values in places:
+        numbers = _evaluate_matrix(function, values.values())
+        where = ", ".join(f"{x} = {float(values[x]):.4g}" for x in q)
         if not np.isfinite(numbers).all() or np.abs(numbers.imag).max() > 0:
             raise DescriptionError(f"T: a_ij is complex or infinite at {where}; allowed: real, finite a_ij")
         if not modes.is_positive_definite(numbers.real[None])[0]:

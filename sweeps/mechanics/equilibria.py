@@ -194,7 +194,7 @@ def _find_in_chunk(problem, parameters):
         counts = (~np.isnan(places).any(axis=-1)).sum(axis=1)
         max_slots = problem.system.most
         if problem.system.follow:
-            index, is_decided = branches.follow_branches(_parameter_path(problem, parameters, places), max_slots)
+            index, is_decided = branches.follow_branches(ParameterPath(problem, parameters, places), max_slots)
             is_crowded = counts > max_slots
         else:
             index, is_crowded = _assign_slots(problem, parameters, places)
@@ -256,7 +256,7 @@ class EquilibriumSearch:
         self.problem, self.parameters = problem, parameters
         self.size = parameters[0].size
         self.constants = problem.constants(parameters)
-        bounds = np.broadcast_to(problem.bounds(parameters), (self.size, problem.m, 2))[:, problem.free].copy()
+        bounds = problem.bounds(parameters)[:, problem.free]
         self.periodic = problem.periodic[problem.free]
         bounds += (OFFSET * self.periodic * (bounds[..., 1] - bounds[..., 0]))[..., None]
         self.low, self.high = np.ascontiguousarray(bounds[..., 0]), np.ascontiguousarray(bounds[..., 1])
@@ -679,9 +679,8 @@ class EquilibriumSearch:
     def sorted_places(self):
         """Return sorted places of all coordinates or states, their uncertainty, and the families' dimensions."""
         problem, owner = self.problem, self.owner
-        values = np.broadcast_to(problem.holds(self.parameters), (self.size, problem.m))
-        bounds = np.broadcast_to(problem.bounds(self.parameters), (self.size, problem.m, 2))
-        place, half_width = values[owner].copy(), np.zeros((owner.size, problem.m))
+        bounds = problem.bounds(self.parameters)
+        place, half_width = problem.holds(self.parameters)[owner], np.zeros((owner.size, problem.m))
         low, high = bounds[owner, :, 0], bounds[owner, :, 1]
         place[:, problem.free] = self.place
         half_width[:, problem.free] = np.maximum(self.half_width, PLACE_ROUNDING * np.abs(self.place))
@@ -718,39 +717,54 @@ def _replace_records(records, is_removed, new_records):
 # -- slots
 
 
-def _parameter_path(problem, parameters, places):
-    """Return the path from the parameters' defaults to points with known places."""
-    free, size = problem.free, parameters[0].size
-    defaults = [p.default for p in problem.system.parameters.values()] or [0.0]
+class ParameterPath:
+    """The path from the parameters' defaults to points with known places, for `branches`."""
 
-    def at(share, points=slice(None)):
-        """Return the parameters of points at a fraction of the path from their defaults."""
-        return [_interpolate_parameters(d, p[points], share) for d, p in zip(defaults, parameters, strict=True)]
+    def __init__(self, problem, parameters, places):
+        self.problem, self.values, self.places = problem, parameters, places[..., problem.free]
+        self.periodic = problem.periodic[problem.free]
+        self.defaults = [p.default for p in problem.system.parameters.values()] or [0.0]
 
-    def search(share):
-        """Return the roots of points at a fraction of the path, NaN-padded, and True if they are proved to be all."""
+    def _at(self, share, points=slice(None)):
+        """Return one array for each parameter, of points at a fraction of the path."""
+        pairs = zip(self.defaults, self.values, strict=True)
+        return [_interpolate_parameters(default, values[points], share) for default, values in pairs]
+
+    def search(self, share):
+        """Return the roots at a fraction of the path, (points, count, n), NaN-padded, and True if all are proved."""
+        size, known = len(self.places), np.ones(len(self.places), dtype=bool)
         if share == 1.0:
-            return places[..., free], np.ones(size, dtype=bool)  # see `certified`
-        search = EquilibriumSearch(problem, at(share) if share else [p[:1] for p in at(share)])
-        is_searched = search.certified < TOO_LARGE
-        return search.sorted_places()[0][..., free].repeat(1 if share else size, axis=0), is_searched & np.ones(
-            size, dtype=bool
-        )
+            return self.places, known  # see `certified`
+        search = EquilibriumSearch(self.problem, self._at(share) if share else [p[:1] for p in self._at(share)])
+        roots = search.sorted_places()[0][..., self.problem.free]
+        return roots.repeat(1 if share else size, axis=0), (search.certified < TOO_LARGE) & known
 
-    def slopes(low, high):
-        """Return enclosures of F and its slopes by unknowns and parameters, as `ParameterPath.slopes`."""
-        numbers, owner = problem.path_tape.constants([]), np.zeros(len(low), dtype=np.int64)
-        return problem.path_tape.slopes(numbers, owner, low, high)
+    def slopes(self, low, high):
+        """Return enclosures of F and its derivatives by unknowns and parameters in boxes, as of `Tape.slopes`."""
+        tape = self.problem.path_tape
+        return tape.slopes(tape.constants([]), np.zeros(len(low), dtype=np.int64), low, high)
 
-    def along(points, share):
-        """Return the parameters of points at fractions of the path as rows, shape (points, parameters)."""
-        return np.stack(at(share, points), axis=-1)[:, : len(problem.parameters)]
+    def parameters(self, points, share):
+        """Return the parameters of points at fractions of the path, shape (points, parameters)."""
+        return np.stack(self._at(share, points), axis=-1)[:, : len(self.problem.parameters)]
 
-    def bounds(share):
-        """Return the bounds of the unknowns of all points at a fraction of the path, shape (points, n, 2)."""
-        return np.broadcast_to(problem.bounds(at(share)), (size, problem.m, 2))[:, free]
+    def bounds(self, share):
+        """Return the range of each unknown at a fraction of the path, shape (points, n, 2)."""
+        return self.problem.bounds(self._at(share))[:, self.problem.free]
 
-    return branches.ParameterPath(search, slopes, along, bounds, problem.periodic[free])
+    def distance(self, a, b, width):
+        """Return the largest distance of any unknown of `a` and `b`, relative to its range `width`, shape (…,).
+
+        Periodic unknowns take the shorter way round.
+        """
+        distance = np.abs(a - b) / width
+        return np.where(self.periodic, np.abs(distance - np.round(distance)), distance).max(axis=-1)
+
+    def is_outside(self, place, bounds):
+        """Return True for places outside the bounds of an unknown that is not periodic."""
+        width = branches.SAME_PLACE * (bounds[..., 1] - bounds[..., 0])
+        is_beyond = (place < bounds[..., 0] + width) | (place > bounds[..., 1] - width)
+        return (is_beyond & ~self.periodic).any(axis=-1)
 
 
 def _interpolate_parameters(default, values, fraction):

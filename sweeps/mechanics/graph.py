@@ -366,6 +366,27 @@ def compile_expression(arguments, expressions, broadcast=True):
     return evaluate
 
 
+def compile_table(arguments, expressions, shape):
+    """Return a NumPy function (parameters, places) → array (points, *shape) of the values of expressions.
+
+    Args:
+        arguments: symbols of the parameters, then of the places; both are lists of arrays (points,).
+        expressions: as many as `shape` has entries, in their order.
+        shape: of the table of one point.
+    """
+    evaluate = compile_expression(arguments, expressions, broadcast=False)
+
+    def table(parameters, places=()):
+        """Return the table of each point."""
+        values = evaluate(*parameters, *places)
+        rows = np.empty((parameters[0].size, len(values)))
+        for k, value in enumerate(values):
+            rows[:, k] = value
+        return rows.reshape(len(rows), *shape)
+
+    return table
+
+
 class Values:
     """Values at equilibria and deviations from them, by the same rules as the kernel's, in NumPy.
 

@@ -7,7 +7,7 @@ import sympy as sp
 
 from kernels.search.codes import REGULAR
 from sweeps.mechanics.equations import Equations
-from sweeps.mechanics.graph import compile_expression
+from sweeps.mechanics.graph import compile_expression, compile_table
 from sweeps.mechanics.tape import Tape
 from sweeps.schema.refusals import DescriptionError
 
@@ -23,7 +23,8 @@ MAX_FLAT_CHANGE = 1e-9  # a conserved quantity's change of first order counts as
 class Landscape:
     """F(x) = 0 of a system: ∂V/∂q, forces at rest or rates, as functions of the coordinates or states x.
 
-    Functions take parameters (a list of arrays), then places (a sequence of m arrays), all of shape (points,).
+    Functions take parameters (a list of arrays), then places (a sequence of m arrays), all of shape (points,), and
+    return tables of all points.
     """
 
     def __init__(self, equations: Equations):
@@ -40,29 +41,42 @@ class Landscape:
         #: True for periodic coordinates
         self.periodic = np.array([place.periodic for place in places])
         bounds = [bound for place in places for bound in place.bounds]
-        self._bounds = compile_expression(self.parameters, bounds)
+        #: range (low, high) of each coordinate or state, (m, 2)
+        self.bounds = compile_table(self.parameters, bounds, (self.m, 2))
         #: True if bounds and fixed coordinates do not depend on parameters
         self.is_steady = not any(sp.sympify(e).free_symbols for e in (*bounds, *self.held_values))
-        self._holds = compile_expression(self.parameters, self.held_values)
+        #: values of fixed coordinates, (m,)
+        self.holds = compile_table(self.parameters, self.held_values, (self.m,))
         # coordinates without a value in a name begin in the middle of the bounds, or anywhere
         default_place = {place.symbol: sum(place.bounds) / 2 if self.takes_members else sp.nan for place in places}
         names = [(default_place | label)[x] for label in system.labels.values() for x in self.symbols]
-        self._labels = compile_expression(self.parameters, [sp.sympify(name) for name in names])
+        #: places that the description names, NaN where they are not real, (names, m)
+        self._named_places = compile_table(self.parameters, names, (len(system.labels), self.m))
         #: True for coordinates to which a name gives a value, shape (names, m)
         is_given = [x in label for label in system.labels.values() for x in self.symbols]
         self.is_given = np.array(is_given, dtype=bool).reshape(-1, self.m)
         if system.follow and system.labels:
             raise DescriptionError("follow: is for equilibria without names; allowed: such a system, or none of it")
-        slopes, self._arguments = list(equations.slopes), (*self.parameters, *self.symbols)
-        self._slopes, self._terms = self._lambdify(slopes), self._lambdify([magnitude(e) for e in slopes])
-        self._a = self._lambdify(equations.a.subs(equations.still)) if equations.v else None
+        n, self._arguments = self.n, (*self.parameters, *self.symbols)
+        #: derivatives of forces or rates by all states and their terms' absolute values, (m, n) each
+        self.slopes = self._compile_with_terms(list(equations.slopes), (self.m, n))
+        #: kinetic matrix of coordinates, (m, m)
+        self.a = equations.v and compile_table(self._arguments, equations.a.subs(equations.still), (self.m, self.m))
         #: third derivatives of V and first derivatives of a, a list of arrays
         self.third = compile_expression(self._arguments, equations.third) if equations.natural else None
-        quantities, gradients = system.conserved_quantities.values(), list(equations.gradients)
+        quantities = system.conserved_quantities.values()
         hessians = [e for quantity in quantities for e in sp.hessian(quantity, equations.states)]
-        self._gradients = [self._lambdify(es) for es in (gradients, map(magnitude, gradients))]
-        self._curvatures, self._bends = (self._lambdify(es) for es in (hessians, map(magnitude, hessians)))
-        self._sizes = self._lambdify([self._size(place) for place in equations.places])
+        #: derivatives of the conserved quantities and their terms' absolute values: first, (quantities, n) each, and
+        #: second, (quantities, n, n) each
+        self.gradients = self._compile_with_terms(list(equations.gradients), (len(quantities), n))
+        self.curvatures = self._compile_with_terms(hessians, (len(quantities), n, n))
+        #: described sizes of coordinates or states, NaN if not described, (m,)
+        self.sizes = compile_table(self._arguments, [self._size(place) for place in places], (self.m,))
+
+    def _compile_with_terms(self, expressions, shape):
+        """Return the function of the tables of expressions, and of the absolute values of their terms."""
+        tables = [compile_table(self._arguments, es, shape) for es in (expressions, [*map(magnitude, expressions)])]
+        return lambda parameters, x: tuple(table(parameters, x) for table in tables)
 
     @cached_property
     def full_tape(self) -> Tape:
@@ -159,20 +173,12 @@ class Landscape:
             symbols |= set().union(*(e.free_symbols for e in place.values()))
         return tuple(None if p.symbol in symbols else p.default for p in self.system.parameters.values()) or (0.0,)
 
-    def bounds(self, parameters):
-        """Return (low, high) of each coordinate or state, shape (points, m, 2)."""
-        return self._evaluate_table(self._bounds, (self.m, 2), parameters)
-
-    def holds(self, parameters):
-        """Return the values of fixed coordinates, shape (points, m)."""
-        return self._evaluate_table(self._holds, (self.m,), parameters)
-
     def labels(self, parameters):
         """Return the places that the description names, shape (points, labels, m).
 
         A place with a coordinate that is not real (the root of a negative number) is NaN.
         """
-        places = self._evaluate_table(self._labels, (-1, self.m), parameters)
+        places = self._named_places(parameters)
         return np.where((np.isnan(places) & self.is_given).any(axis=-1, keepdims=True), np.nan, places)
 
     def is_never_zero(self, parameters, name):
@@ -181,7 +187,7 @@ class Landscape:
         Coordinates without a real value in the name may have any value within the bounds: boxes over these are bisected
         until all are excluded by an enclosure of F or by its mean value form.
         """
-        place = self._evaluate_table(self._labels, (-1, self.m), parameters)[:, name]
+        place = self._named_places(parameters)[:, name]
         is_given = (self.is_given[name] & np.isfinite(place))[..., None]
         boxes = np.where(is_given, place[..., None], self.bounds(parameters))
         owner, full_width, is_possible = np.arange(len(place)), np.ptp(boxes, axis=-1), np.zeros(len(place), dtype=bool)
@@ -206,9 +212,6 @@ class Landscape:
         is_possible[owner] = True
         return ~is_possible
 
-    def _lambdify(self, expressions):
-        return compile_expression(self._arguments, expressions, broadcast=False)
-
     def _size(self, place):
         """Return the perturbation of relative size one; by default a quarter of the bounds, or NaN (see `modes`)."""
         if place.size is not None:
@@ -223,18 +226,6 @@ class Landscape:
         bounds = self.bounds(parameters)
         return (bounds[..., 0] + 0.3819660112501051 * (bounds[..., 1] - bounds[..., 0]))[:, None]
 
-    def slopes(self, parameters, x):
-        """Return the derivatives of forces or rates by all states and their terms' absolute values: (points, m, n)."""
-        return tuple(self._evaluate_table(f, (self.m, self.n), parameters, x) for f in (self._slopes, self._terms))
-
-    def a(self, parameters, x):
-        """Return the kinetic matrix of coordinates, shape (points, m, m)."""
-        return self._evaluate_table(self._a, (self.m, self.m), parameters, x)
-
-    def gradients(self, parameters, x):
-        """Return the derivatives of the conserved quantities and their terms' absolute values: (points, q, n)."""
-        return [self._evaluate_table(f, (-1, self.n), parameters, x) for f in self._gradients]
-
     def conserved_slopes(self, parameters, x, sizes):
         """Return the change of conserved quantities over each state's size, and of second order over all sizes.
 
@@ -247,30 +238,9 @@ class Landscape:
             sizes: of the states, shape (points, n).
         """
         slopes = self.gradients(parameters, x)[0] * sizes[:, None, :]
-        second_order = np.einsum("pi,pqij,pj->pq", sizes, self.bends(parameters, x), sizes)
+        second_order = np.einsum("pi,pqij,pj->pq", sizes, self.curvatures(parameters, x)[1], sizes)
         slopes[np.abs(slopes).sum(axis=2) <= MAX_FLAT_CHANGE * second_order] = 0.0
         return slopes, second_order
-
-    def curvatures(self, parameters, x):
-        """Return the second derivatives of the conserved quantities, and their terms' absolute values: (…, n, n)."""
-        return self._evaluate_table(self._curvatures, (-1, self.n, self.n), parameters, x), self.bends(parameters, x)
-
-    def bends(self, parameters, x):
-        """Return the absolute values of the terms of `curvatures`."""
-        return self._evaluate_table(self._bends, (-1, self.n, self.n), parameters, x)
-
-    def sizes(self, parameters, x):
-        """Return the described sizes of coordinates or states, shape (points, m); NaN if not described."""
-        return self._evaluate_table(self._sizes, (self.m,), parameters, x)
-
-    @staticmethod
-    def _evaluate_table(function, shape, parameters, x=()):
-        """Return the values of a compiled function as an array (points, *shape); an entry -1 of `shape` is inferred."""
-        values, points = function(*parameters, *x), parameters[0].size
-        table, count = np.empty((points, len(values))), len(values) // int(np.prod([abs(k) for k in shape]))
-        for k, value in enumerate(values):
-            table[:, k] = value
-        return table.reshape(points, *(count if k < 0 else k for k in shape))
 
 
 def matrix_change(f, matrices, place, error):

@@ -13,8 +13,9 @@ import numpy as np
 from kernels.estimator import statuses
 from kernels.flow import codes, flows
 from sweeps.mechanics import mode_shapes, relative
+from sweeps.mechanics.equations import NO_PARAMETER
 from sweeps.mechanics.equilibria import PROVED, runs_of
-from sweeps.mechanics.graph import compile_expression
+from sweeps.mechanics.graph import compile_table
 from sweeps.mechanics.model import Model
 
 TAYLOR_ORDER, NUM_STEPS, SPACING = 16, 2, 0.5  # steps of an interval, and its length in 1/S: truncation below rounding
@@ -42,21 +43,14 @@ class LinearModel(Model):
     @cached_property
     def landscape(self):
         """Masses and slopes of forces as functions of parameters, in the place of `Landscape`."""
-        size, symbols = self.equations.m, [p.symbol for p in self.system.parameters.values()]
-        compiled = [compile_expression(symbols, list(matrix)) for matrix in self.system.linear_matrices]
-
-        def evaluate(number, parameters):
-            values, points = compiled[number](*parameters[: len(symbols)]), parameters[0].size
-            return np.stack([np.broadcast_to(x, points) for x in values], axis=1).reshape(points, size, size)
-
-        def slopes(parameters, _x):
-            forces = np.concatenate([-evaluate(1, parameters), -evaluate(2, parameters)], axis=2)
-            return forces, np.abs(forces)
-
+        size, symbols = self.equations.m, [p.symbol for p in self.system.parameters.values()] or [NO_PARAMETER]
+        mass, stiffness, damping = self.system.linear_matrices
+        masses = compile_table(symbols, mass, (size, size))
+        forces = compile_table(symbols, -stiffness.row_join(damping), (size, 2 * size))
         return SimpleNamespace(
-            a=lambda parameters, _x: evaluate(0, parameters),
+            a=lambda parameters, _x: masses(parameters),
             m=size,
-            slopes=slopes,
+            slopes=lambda parameters, _x: (forces(parameters), np.abs(forces(parameters))),
             sizes=lambda parameters, _x: np.ones((parameters[0].size, size)),
             conserved_slopes=lambda _parameters, _x, sizes: (sizes[:, None][:, :0], sizes[:, :0]),
             place_error=lambda _parameters, place, _uncertainty: np.zeros(place.shape),
