@@ -52,9 +52,25 @@ def _add_places(system, places, unknowns, parameters):
 def points(system, last, each, count, varied, seed, **beside):
     """Every equilibrium, and each of the numbers 1 to `each` of the coordinate `last`, at ``count`` random places."""
     rng = np.random.default_rng(seed)
-    slots = system.most * each
-    columns = {name: np.full(count * slots, p.default) for name, p in system.parameters.items()}
-    columns |= {name: np.repeat(rng.uniform(*ends, count), slots) for name, ends in varied.items()}
-    columns["equilibrium"] = np.tile(np.repeat(np.arange(system.most), each), count)
-    columns[last] = np.tile(np.arange(1, each + 1), count * system.most)
-    return columns | {name: np.full(count * slots, value) for name, value in beside.items()}
+    random_values = {name: rng.uniform(*ends, count) for name, ends in varied.items()}
+    return _repeated(system, range(system.most), last, each, count, random_values | beside)
+
+
+def points_at(model, slots=None, **values):
+    """Every equilibrium, or those of these numbers, and each mode or eigenvalue of a model at values of its parameters.
+
+    Parameters without a value have their defaults.
+    """
+    last, each = ("mode", model.equations.m) if model.equations.natural else ("eigenvalue", model.n)
+    count, slots = np.broadcast(*map(np.atleast_1d, values.values()), 0).size, slots or range(model.system.most)
+    usual = {"epsilon": 1e-6, "phase": 0.6} if model.equations.natural else {"epsilon": 1e-30}
+    return _repeated(model.system, slots, last, each, count, usual | values)
+
+
+def _repeated(system, slots, last, each, count, values):
+    """Return columns of points: each combination of the slots and of the numbers of `last` at each value."""
+    defaults, rows = {name: p.default for name, p in system.parameters.items()}, len(slots) * each
+    columns = {name: np.repeat(np.broadcast_to(value, count), rows) for name, value in (defaults | values).items()}
+    columns["equilibrium"] = np.tile(np.repeat(slots, each), count)
+    columns[last] = np.tile(np.arange(1, each + 1), count * len(slots))
+    return columns

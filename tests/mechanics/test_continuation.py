@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from described import T, flow, particle
-from scipy.integrate import solve_ivp
-from test_jumps import solve_between
+from test_periodic import check_by_scipy
 
 from kernels.estimator.statuses import NO_PERIODIC_MOTION, NOT_FOUND, OK
 from sweeps.mechanics import DescriptionError, System, periodic
@@ -214,20 +213,8 @@ def test_drives_of_other_shapes(shape, stiffness, place):
     settings = {"bounds": (-2, 2), "size": 1, "period": 2 * sp.pi, "places": {"rest": [place]}, "force": 0.1}
     V = lambda x, force: stiffness(T) * x**2 / 2 + x**4 / 4 - force * x * shape(T)  # noqa: E731
     system = particle(V, R=lambda v, force: 0.1 * v**2 / 2, **settings)
-    points = {"force": np.array([0.1, 1.0]), "epsilon": np.full(2, 1e-8), "equilibrium": np.zeros(2, dtype=int)}
-    columns = periodic.survey(Model(system), points, 1e-12)
-    assert columns["status"].tolist() == [OK] * 2
-    function = sp.lambdify(T, [shape(T), stiffness(T)])
-    for i, force in enumerate(points["force"]):
-
-        def rates(t, y, force=force):
-            f, k = function(t)
-            return [y[1], force * f - 0.1 * y[1] - k * y[0] - y[0] ** 3]
-
-        start = np.array([columns["x_start"][i], columns["x_dot_start"][i]])
-        y = solve_ivp(rates, (0, 2 * np.pi), start, "DOP853", rtol=1e-13, atol=1e-15, max_step=0.01).y
-        assert y[:, -1] == pytest.approx(start, abs=1e-12)
-        assert np.abs(y[0]).max() < 1.6
+    columns = check_by_scipy(Model(system), max_step=0.01, force=[0.1, 1.0])
+    assert np.abs(columns["x_start"]).max() < 1.6
 
 
 JUMPING = {  # functions of an angle that jump
@@ -276,27 +263,9 @@ def test_drives_that_jump():
         assert exists[i], i
         assert columns["x_start"][i] == pytest.approx(a[: HARMONICS + 1].sum(), abs=1e-3), i  # harmonics left out
         assert abs(columns["trace"][i] - balance.trace(a)) < 2e-2 * (1.0 + abs(balance.trace(a))), i
-        if i < 2 * len(JUMPING):
-            end, trace = by_scipy(model, f, {name: values[i] for name, values in points.items()}, columns, i)
-            assert end == pytest.approx([columns["x_start"][i], columns["x_dot_start"][i]], abs=1e-12), i  # of SciPy
-            assert abs(columns["trace"][i] - trace) <= columns["trace_error"][i] + 1e-12, i  # of SciPy
     assert (columns["status"] == OK)[exists].mean() >= 0.99
-
-
-def by_scipy(model, f, point, columns, i):
-    """Return the end of the period and the trace, by DOP853 from jump to jump."""
-    period = 2 * np.pi / point["w"]
-    parameters = model.with_switches([np.array([point[name]]) for name in model.names])
-    edges, _ = model.jumps.of_point([float(p[0]) for p in parameters], 0.0, period)
-
-    def rates(t, y, inside):
-        force = point["force"] * float(f(point["w"] * np.clip(t, *inside)))
-        stiffness, c = 1.0 + 3.0 * y[0] ** 2, point["damping"]
-        first, second = -c * y[3] - stiffness * y[2], -c * y[5] - stiffness * y[4]
-        return [y[1], force - c * y[1] - y[0] - y[0] ** 3, y[3], first, y[5], second]
-
-    y = solve_between(edges, rates, [columns["x_start"][i], columns["x_dot_start"][i], 1.0, 0.0, 0.0, 1.0])
-    return y[:2], y[2] + y[5]
+    some = np.flatnonzero(columns["status"] == OK)[: 2 * len(JUMPING)]
+    check_by_scipy(model, 1e-12, **{name: values[some] for name, values in points.items() if name != "epsilon"})
 
 
 @pytest.mark.slow
@@ -306,12 +275,4 @@ def test_states_and_moving_names_beside_jumps(place):
     rates = lambda x, y, z, force: (y, -y / 10 - x - x**3 + force * sp.sign(sp.cos(T)), x**2 - z)  # noqa: E731
     system = flow(rates, "xyz", (-2, 2), places={"rest": [place, 0, 0]}, force=0.1)
     system.period(2 * sp.pi)
-    points = {"force": np.array([0.05, 0.3]), "epsilon": np.full(2, 1e-8), "equilibrium": np.zeros(2, dtype=int)}
-    columns = periodic.survey(Model(system), points, 1e-12)
-    assert columns["status"].tolist() == [OK] * 2
-    for i, force in enumerate(points["force"]):
-        start = u = np.array([columns[f"{name}_start"][i] for name in "xyz"])
-        for begin, end, sign in ((0, 0.5, 1), (0.5, 1.5, -1), (1.5, 2, 1)):
-            rates = lambda t, u, f=sign * force: [u[1], f - u[1] / 10 - u[0] - u[0] ** 3, u[0] ** 2 - u[2]]  # noqa: E731
-            u = solve_ivp(rates, (np.pi * begin, np.pi * end), u, "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
-        assert u == pytest.approx(start, abs=1e-12)  # of SciPy
+    check_by_scipy(Model(system), 1e-12, force=[0.05, 0.3])

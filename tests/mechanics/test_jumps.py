@@ -1,12 +1,13 @@
 """Functions of the time that jump or have a kink: against SymPy's values, closed forms and DOP853 from jump to jump."""
 
+import itertools
 from itertools import pairwise
 
 import numpy as np
 import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
-from test_periodic import check, of_model, oscillator
+from test_periodic import check, check_by_scipy, of_model, oscillator
 
 import sweeps
 from kernels.estimator.statuses import OK
@@ -108,14 +109,6 @@ def test_the_edge_of_meissners_equation_is_a_cantilevers_first_root():
     assert [REGIMES[code + 1] for code in columns["regime"]] == ["stable", "marginal", "period_doubling"]
 
 
-def solve_between(edges, rates, y):
-    """Return y at the last edge by DOP853 from jump to jump; rates(t, y, inside) clip t to a piece's inside."""
-    for begin, end in pairwise(edges):
-        inside = begin + (end - begin) * np.array([1e-14, 1 - 1e-14])
-        y = solve_ivp(rates, (begin, end), y, "DOP853", rtol=1e-13, atol=1e-15, args=(inside,)).y[:, -1]
-    return y
-
-
 SLOW_WAVES = ("rectified", "duty cycle by a wave")
 
 
@@ -124,36 +117,20 @@ SLOW_WAVES = ("rectified", "duty cycle by a wave")
 )
 def test_multipliers_beside_jumps(name):
     """Against DOP853 from jump to jump; damped, of points of different numbers of pieces, alone and together."""
-    wave, t = WAVES[name][0], sp.Symbol("t", real=True)
-    model = Model(jumping(lambda t, d: 1.3 + 2 * d * wave(t, d)))
-    d = np.array([0.3, -0.5, 1.2])
-    columns = of_model(model, d=d)
-    assert (columns["status"] == OK).all()
-    f = sp.lambdify([t, (p := sp.Symbol("d", real=True))], 1.3 + 2 * p * wave(t, p), "mpmath")
-    for k, value in enumerate(d.tolist()):
-        edges, _ = model.jumps.of_point(model.with_switches([value]), 0.0, 2 * np.pi)
-
-        def rates(time, y, inside, value=value):
-            stiffness = float(f(np.clip(time, *inside), value))
-            return [y[1], -stiffness * y[0], y[3], -stiffness * y[2]]
-
-        y = solve_between(edges, rates, np.array([1.0, 0.0, 0.0, 1.0]))
-        assert abs(columns["trace"][k] - y[0] - y[3]) <= columns["trace_error"][k] + 2e-12  # of SciPy
-        alone = of_model(model, d=value)
-        assert (alone["trace"] == columns["trace"][k]).all()
+    wave = WAVES[name][0]
+    model, d = Model(jumping(lambda t, d: 1.3 + 2 * d * wave(t, d))), [0.3, -0.5, 1.2]
+    columns = check_by_scipy(model, 2e-12, d=d)
+    for k, value in enumerate(d):
+        assert (of_model(model, d=value)["trace"] == columns["trace"][k]).all()
 
 
 @pytest.mark.slow
 def test_the_reference_of_verify_steps_to_the_jumps():
-    ds = sweeps.survey({"system": meissner(), "grid": {"q": [0.3, 0.9], "d": [0.5, 0.2]}})
-    system = sweeps.systems.resolve(ds.attrs["system"])
-    compare = reference_of(system)
-    for q in (0.3, 0.9):
-        for d in (0.5, 0.2):
-            point = {"a": 0.0, "q": q, "d": d, "equilibrium": "rest"}
-            point_map = ds.sel(q=q, d=d).squeeze()
-            (of_scipy,) = compare.ways.values()
-            assert abs(of_scipy(point, None) - float(point_map["trace"])) < 1e-10
+    ds = sweeps.survey(system=meissner(), q=[0.3, 0.9], d=[0.5, 0.2]).squeeze()
+    (of_scipy,) = reference_of(sweeps.systems.resolve(ds.attrs["system"])).ways.values()
+    for q, d in itertools.product((0.3, 0.9), (0.5, 0.2)):
+        point = {"a": 0.0, "q": q, "d": d, "equilibrium": "rest"}
+        assert abs(of_scipy(point, None) - float(ds["trace"].sel(q=q, d=d))) < 1e-10
 
 
 @pytest.mark.parametrize(

@@ -3,18 +3,25 @@ import math
 import mpmath
 import numpy as np
 import pytest
+import repeated
 import sympy as sp
-from described import particle
+from described import particle, points_at
 from oscillators import LIBRARY, description_of, points
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
+from test_periodic import duffing_oscillator
 
 from kernels.estimator import statuses
 from kernels.flow import oscillations as kernel
 from kernels.flow.runs import Sampling
 from sweeps.mechanics import System, equilibria, modes, normal_modes
 from sweeps.mechanics.model import Model
+from sweeps.points import catalogue
+from sweeps.points.columns import measure_points
+from sweeps.points.loading import read_sweep
 from sweeps.schema.refusals import DescriptionError
+from sweeps.systems import register_system
+from sweeps.systems.reintegration import rates_of
 
 QUICK = ("pendulum", "bead_on_hoop")  # the code of each further system takes ten seconds to compile
 EACH = [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY]
@@ -125,35 +132,35 @@ def test_errors_hold_where_a_direction_is_soft_or_flat():
 )  # fmt: skip
 def test_errors_hold_where_other_modes_move_too(models, mass, length, epsilon, phase, place, along, run):
     model = models["double_pendulum"]
-    parameters = {p.name: np.array([float(p.default)]) for p in model.system.parameters.values()}
-    parameters |= {"mass2": np.array([mass]), "length2": np.array([length]), "epsilon": np.array([epsilon])}
-    parameters |= {"phase": np.array([phase]), "equilibrium": np.array([place[0]]), "mode": np.array([place[1]])}
-    columns = model.survey(parameters, *run, direction=along)
+    slot, mode = place
+    rows = points_at(model, [slot], mass2=mass, length2=length, epsilon=epsilon, phase=phase)
+    columns = model.survey({name: values[mode - 1 : mode] for name, values in rows.items()}, *run, direction=along)
     deviation = np.abs(columns["omega_squared_reduced"] - columns["omega_squared_theory"])
     assert columns["status"][0] == statuses.OK
     assert deviation[0] <= columns["omega_squared_reduced_error"][0]
 
 
-@pytest.mark.slow
-def test_cone_of_the_spherical_pendulum_is_the_lectures(models):
-    model = models["spherical_pendulum"]
-    columns = points(model.system, 1, 20, LIBRARY["spherical_pendulum"])
-    result = model.survey(columns)
+def cone(p, result):
+    """The lecture's conical motion."""
     cosine = np.cos(result["theta_equilibrium"])
-    lecture = columns["gravity"] / columns["length"] * (1 + 3 * cosine**2) / cosine
-    assert result["omega_squared"] == pytest.approx(lecture, rel=1e-9)
+    return p["gravity"] / p["length"] * (1 + 3 * cosine**2) / cosine
+
+
+def molecule(p, _):
+    """Landau and Lifshitz's molecule, with its flat mode."""
+    k, A, B = (p[name][::3] for name in ("stiffness", "outer_mass", "inner_mass"))
+    return np.sort(np.stack([0 * k, k / A, k * (2 * A + B) / (A * B)]), axis=0).T.ravel()
 
 
 @pytest.mark.slow
-def test_molecule_of_landau_and_lifshitz_with_its_flat_mode(models):
-    model = models["linear_triatomic"]
-    columns = points(model.system, 3, 8, LIBRARY["linear_triatomic"])
+@pytest.mark.parametrize(("name", "textbook"), [("spherical_pendulum", cone), ("linear_triatomic", molecule)])
+def test_squares_are_those_of_textbooks(models, name, textbook):
+    model = models[name]
+    columns = points(model.system, model.equations.m, 20, LIBRARY[name])
     result = model.survey(columns)
-    k, A, B = (columns[name] for name in ("stiffness", "outer_mass", "inner_mass"))
-    textbook = np.sort(np.stack([0 * k, k / A, k * (2 * A + B) / (A * B)])[:, ::3], axis=0).T.ravel()
-    bound = result["rate_scale"] ** 2
-    assert np.abs(result["omega_squared"] - textbook).max() <= 1e-9 * bound.max()
-    assert (result["regime"] == np.where(textbook == 0, kernel.MARGINAL, kernel.STABLE)).all()
+    squares = textbook(columns, result)
+    assert (np.abs(result["omega_squared"] - squares) <= 1e-9 * result["rate_scale"] ** 2).all()
+    assert (result["regime"] == np.where(squares == 0, kernel.MARGINAL, kernel.STABLE)).all()
 
 
 def test_a_large_swing_is_slower_by_its_amplitude_squared(models):
@@ -207,22 +214,6 @@ def test_no_measured_column_depends_on_a_theoretical_rate(models, name, monkeypa
         assert is_equal != column.endswith("_theory"), column
 
 
-def test_hoops_measured_boundary_is_the_line(models):
-    model = models["bead_on_hoop"]
-    radius, spin = np.geomspace(0.1, 10, 31), np.geomspace(0.5, 20, 41)
-    R, W = (x.ravel() for x in np.meshgrid(radius, spin, indexing="ij"))
-    columns = points(model.system, 1, R.size, {})
-    columns["radius"], columns["spin_rate"] = np.repeat(R, 4), np.repeat(W, 4)
-    is_bottom = columns["equilibrium"] == 0
-    columns = {name: values[is_bottom] for name, values in columns.items()}
-    regime = model.survey(columns)["regime"].reshape(radius.size, spin.size)
-    for r, row in zip(radius, regime, strict=True):
-        first = np.argmax(row == kernel.UNSTABLE)
-        assert spin[first - 1] <= np.sqrt(9.80665 / r) <= spin[first]
-        assert (row[:first] == kernel.STABLE).all()
-        assert (row[first:] == kernel.UNSTABLE).all()
-
-
 def test_a_flat_line_is_a_status(models):
     model = models["bead_on_wire"]
     columns = points(model.system, 1, 1, {}) | {"gravity": np.array([4.0]), "spin_rate": np.array([2.0])}
@@ -231,15 +222,22 @@ def test_a_flat_line_is_a_status(models):
     assert np.isnan(result["omega_squared"]).all()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("count", [1, 7])
-def test_a_points_bits_depend_on_the_point_alone(models, count):
-    model = models["double_pendulum"]
-    columns = points(model.system, 2, 40, LIBRARY["double_pendulum"])
-    all_points = model.survey(columns)
-    first_points = model.survey({name: values[: 8 * count] for name, values in columns.items()})
-    for name in all_points:
-        assert np.array_equal(first_points[name], all_points[name][: 8 * count], equal_nan=True), name
+SWEEPS = ("bead_on_hoop", "mathieu", "driven", "double_pendulum", "lagrange_points", "gravity_gradient_damped")
+
+
+@pytest.mark.parametrize("name", repeated.but(SWEEPS[:3], SWEEPS))
+def test_no_bit_of_a_point_depends_on_the_others(name):
+    """Nor on the number of Newton's steps at neighbouring points, of a driven spring."""
+    driven = {"system": register_system(duffing_oscillator()), "grid": {"force": np.linspace(0.0, 2.0, 90).tolist()}}
+    sweep = read_sweep(driven if name == "driven" else catalogue.shipped_files()[name])
+    numbers = np.random.default_rng(5).choice(sweep.grid.size, 40, replace=False)
+    points = [sweep.grid.points(int(number), int(number) + 1) for number in numbers]
+    together = measure_points(
+        {key: np.concatenate([point[key] for point in points]) for key in sweep.grid.arguments}, sweep
+    )
+    for i in (0, 17, 39):
+        alone = measure_points({key: points[i][key] for key in sweep.grid.arguments}, sweep)
+        assert [key for key in alone if alone[key][0].tobytes() != together[key][i].tobytes()] == []
 
 
 def test_a_step_that_is_too_long_is_halved_until_it_holds(models):
@@ -257,16 +255,6 @@ def test_a_step_that_is_too_long_is_halved_until_it_holds(models):
 # A direction of the nudge
 
 
-def double_pendulum(t, state, m1, m2, l1, l2, g):
-    """θ̇ and θ̈ of the textbook's equations (Landau and Lifshitz, section 5, problem 1)."""
-    q1, q2, w1, w2 = state
-    s, c = np.sin(q1 - q2), np.cos(q1 - q2)
-    a = np.array([[(m1 + m2) * l1 * l1, m2 * l1 * l2 * c], [m2 * l1 * l2 * c, m2 * l2 * l2]])
-    pull1 = -m2 * l1 * l2 * s * w2 * w2 - (m1 + m2) * g * l1 * np.sin(q1)
-    pull2 = m2 * l1 * l2 * s * w1 * w1 - m2 * g * l2 * np.sin(q2)
-    return [w1, w2, *np.linalg.solve(a, [pull1, pull2])]
-
-
 def hanging_pendulum(model, **given):
     columns = points(model.system, 2, 1, {}) | {name: np.full(8, value) for name, value in given.items()}
     return {name: values[:2] for name, values in columns.items()}
@@ -276,7 +264,7 @@ def hanging_pendulum(model, **given):
 @pytest.mark.parametrize("direction", [(1.0, 0.0), (-0.5, 2.0)])
 def test_a_nudge_in_a_direction_is_scipys_motion_mode_by_mode(models, direction):
     model = models["double_pendulum"]
-    m1, m2, l1, l2, g = numbers = (1.0, 0.4, 1.0, 0.7, 9.80665)
+    m1, m2, l1, l2, g = 1.0, 0.4, 1.0, 0.7, 9.80665
     columns = hanging_pendulum(model, mass2=m2, length2=l2, epsilon=0.05)
     result = model.survey(columns, direction=direction)
     size = model.theory(columns)["sizes"][0]
@@ -286,9 +274,9 @@ def test_a_nudge_in_a_direction_is_scipys_motion_mode_by_mode(models, direction)
     squares, vectors = eigh(np.diag([(m1 + m2) * g * l1, m2 * g * l2]), a)
     h = np.pi / 8 / S
     state = [*(start * np.cos(0.6)), *(-start * S * np.sin(0.6))]
-    motion = solve_ivp(
-        double_pendulum, (0, 64 * h), state, "DOP853", np.arange(65) * h, args=numbers, rtol=3e-14, atol=1e-16
-    ).y[:2]
+    rates, times = rates_of(model.equations), np.arange(65) * h
+    right = lambda t, x: rates((m1, m2, l1, l2, g), t, x)  # noqa: E731
+    motion = solve_ivp(right, (0, 64 * h), state, "DOP853", times, rtol=3e-14, atol=1e-16).y[:2]
     for k in (0, 1):
         x = (vectors[:, k] @ a @ motion)[: result["samples_used"][k]]
         cosine = 0.5 * ((x[2:] + x[:-2]) @ x[1:-1]) / (x[1:-1] @ x[1:-1])
@@ -335,8 +323,8 @@ def test_the_energy_of_a_narrow_well_is_watched():
     """exp(-1250 (x - 1)²), expanded, is a product of exp(2500 x) and exp(-1250): infinity times 0, a drift of 0."""
     V = lambda x, w: -(w**2) * sp.exp(-((x - 1) ** 2) / (2 * w**2))  # noqa: E731
     system = particle(V, bounds=(-3, 3), places={"well": [1]}, width=0.02)
-    indices = {"equilibrium": np.zeros(1, int), "mode": np.zeros(1, int), "phase": np.zeros(1)}
-    result = Model(system).survey(indices | {"width": np.array([0.02]), "epsilon": np.array([1e-3])})
+    model = Model(system)
+    result = model.survey(points_at(model, epsilon=1e-3))
     assert 0.0 < result["energy_drift"][0] < 1e-13
 
 

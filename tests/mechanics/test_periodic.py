@@ -5,6 +5,7 @@ from itertools import pairwise
 import mpmath
 import numpy as np
 import pytest
+import repeated
 import sympy as sp
 from described import T, flow, particle
 from multipliers import TRACES, VALUES, check_errors, solve_with_perturbations
@@ -20,6 +21,7 @@ from sweeps.mechanics.model import Model
 from sweeps.mechanics.steepness import Steepness
 from sweeps.points.loading import read_sweep
 from sweeps.systems.periodic.presentation import figure_tongues
+from sweeps.systems.reintegration import rates_of
 
 
 def survey(name, tolerance=1e-12, **values):
@@ -59,6 +61,37 @@ def errors_cover(columns):
             deviation = np.abs(columns[name] - columns[f"{name}_theory"])[is_ok]
             inside[name] = bool((deviation <= columns[f"{name}_error"][is_ok]).all())
     return all(inside.values())
+
+
+def check_by_scipy(model, rounding=1e-11, max_step=np.inf, **values):
+    """Compare motions and multipliers with DOP853 on the equations as SymPy writes them, from jump to jump of the time.
+
+    SciPy may err by `rounding`. Return the columns of the points.
+    """
+    columns, rates, states = of_model(model, **values), rates_of(model.equations), model.equations.states
+    assert (columns["status"] == OK).all()
+    for i, trace in enumerate(columns["trace"]):
+        point = {p.symbol: np.resize(values.get(p.name, p.default), i + 1)[i] for p in model.system.parameters.values()}
+        numbers, period = [*point.values()] or [0.0], float(model.system.given_period.subs(point))
+        edges, switches = (0.0, period), [()]
+        if model.equations.switches:
+            edges, switches = model.jumps.of_point([*numbers, *model.equations.switches], 0.0, period)
+        end = start = np.array([columns[f"{x}_start"][i] for x in states])
+        M = np.eye(len(states))
+        for times, switch in zip(pairwise(edges), switches, strict=True):
+            right = lambda t, x, p=(*numbers, *switch): rates(p, t, x)  # noqa: E731
+            end, matrix = solve_with_perturbations(right, end, times, max_step=max_step)
+            M = matrix @ M
+        assert end == pytest.approx(start, abs=rounding)
+        assert abs(np.trace(M) - columns["trace_theory"][i]) <= rounding
+        assert abs(np.trace(M) - trace) <= columns["trace_error"][i] + rounding
+        multipliers = columns["multiplier_real"][i] + 1j * columns["multiplier_imag"][i]
+        distance = np.abs(multipliers[:, None] - np.linalg.eigvals(M)).min(axis=1)
+        error = np.hypot(columns["multiplier_real_error"][i], columns["multiplier_imag_error"][i])
+        assert (distance <= error + rounding).all()
+    assert columns["trace_error"].max() < 1e-9
+    assert errors_cover(columns)
+    return columns
 
 
 def mathieu_of_exponent(nu, q, number):
@@ -221,22 +254,6 @@ def duffing_oscillator():
     return particle(V, R=lambda v, force, damping: damping * v**2 / 2, **settings)
 
 
-def test_the_base_motion_is_found_by_newtons_method():
-    columns = of_model(Model(duffing_oscillator()), force=[0.3, 1.0], damping=0.2)
-    for i, force in enumerate((0.3, 1.0)):
-        start = np.array([columns["x_start"][i], columns["x_dot_start"][i]])
-        end, M = solve_with_perturbations(
-            lambda t, x, force=force: [x[1], -x[0] - x[0] ** 3 - 0.2 * x[1] + force * np.cos(2 * t)], start, (0, np.pi)
-        )
-        assert end == pytest.approx(start, abs=1e-12)
-        assert np.trace(M) == pytest.approx(columns["trace_theory"][i], abs=1e-11)
-        assert abs(np.trace(M) - columns["trace"][i]) <= columns["trace_error"][i] + 1e-11
-    assert np.abs(columns["x_start"]).min() > 0.05
-    assert columns["base_residual"].max() < 1e-12
-    assert columns["trace_error"].max() < 1e-9
-    assert errors_cover(columns)
-
-
 def test_a_base_motion_that_grows_without_bound_is_none():
     """A resonant drive without damping or stiffening: Newton's method cannot close it."""
     columns = of_model(Model(oscillator(lambda t, k: k, lambda t, k: sp.cos(t), k=1.0)), k=[1.0, 0.6])
@@ -304,28 +321,60 @@ def test_a_force_that_has_a_potential_leaves_pairs():
     assert words == ["stable", "marginal", "asymptotically_stable"]
 
 
-def test_multipliers_without_pairs_are_eigenvalues():
-    """Two oscillators with unequal damping, coupled through a modulated spring, against DOP853 and LAPACK."""
+def unequal_damping():
+    """Two oscillators with unequal damping, coupled through a modulated spring: multipliers without pairs."""
     settings = {"names": "xy", "bounds": (-1, 1), "period": sp.pi, "places": {"rest": [0, 0]}, "depth": 0.5}
     V = lambda x, y, d: x**2 / 2 + 1.3 * y**2 + d * x * y * sp.cos(2 * T)  # noqa: E731
-    system = particle(V, R=lambda u, v, d: 0.1 * u**2 + 0.03 * v**2, **settings)
-    depths = np.array([0.1, 0.5, 2.5])
-    columns = of_model(Model(system), depth=depths)
-    for i, depth in enumerate(depths):
+    return particle(V, R=lambda u, v, d: 0.1 * u**2 + 0.03 * v**2, **settings)
 
-        def rates(t, y, depth=depth):
-            s = depth * np.cos(2 * t)
-            return np.array([[0, 0, 1, 0], [0, 0, 0, 1], [-1, -s, -0.2, 0], [-s, -2.6, 0, -0.06]]) @ y
 
-        _, M = solve_with_perturbations(rates, np.zeros(4), (0, np.pi))
-        mu = np.linalg.eigvals(M)
-        mu = mu[np.lexsort((np.angle(mu), -np.round(np.log(np.abs(mu)), 9)))]
-        deviation = np.abs(columns["multiplier_real"][i] + 1j * columns["multiplier_imag"][i] - mu)
-        assert (deviation <= columns["multiplier_real_error"][i] + 1e-11).all()
-        assert columns["multiplier_real_error"][i].max() < 1e-10
-    assert columns["regime"].tolist()[0] == floquet.ASYMPTOTICALLY_STABLE
-    assert columns["regime"].tolist()[2] in (floquet.UNSTABLE, floquet.PERIOD_DOUBLING, floquet.FLUTTER)
-    assert errors_cover(columns)
+def platform():
+    """A rotor's wobble on a rotating platform of inertias 2 and B."""
+    u, v = sp.cos(3 * T), sp.sin(3 * T)
+
+    def rates(x, y, b):
+        J = sp.Matrix([[1 + 2 * u**2 + b * v**2, (2 - b) * u * v], [(2 - b) * u * v, 1 + 2 * v**2 + b * u**2]])
+        omega = J.adjugate() * sp.Matrix([x, y]) / J.det()
+        return omega[1], -omega[0]
+
+    system = flow(rates, "xy", (-1, 1), places={"spin": [0, 0]}, B=3.0)
+    system.period(2 * sp.pi / 3)
+    return system
+
+
+def driven_rods():
+    """A torque on the first of two rods, which have coupled accelerations: the base motion has accelerations too."""
+    system = System("Driven rods")
+    drive, drag = system.parameter("drive", default=1.0), system.parameter("drag", default=0.2)
+    first, second = (system.coordinate(name, "rad", bounds=(-3, 3)) for name in ("first", "second"))
+    v, w = system.velocity(first), system.velocity(second)
+    system.kinetic_energy(v**2 + w**2 / 2 + v * w * sp.cos(first - second))
+    system.potential(-2 * sp.cos(first) - sp.cos(second))
+    system.dissipation(drag * (v**2 + w**2) / 2)
+    system.force(first, drive * sp.cos(2 * system.time))
+    system.period(sp.pi)
+    system.equilibrium("hanging", {first: 0, second: 0})
+    return system
+
+
+def rough_wave():
+    """A wave that is rougher than the motion; at saturation 1 - tanh² has lost the digits of the way back."""
+    return oscillator(lambda t, mean, depth: mean + depth * sp.tanh(10 * sp.cos(t)), mean=1.0, depth=1.0)
+
+
+BY_SCIPY = {  # system → its points, error and longest step of SciPy
+    duffing_oscillator: ({"force": [0.3, 1.0]}, 1e-11, np.inf),
+    unequal_damping: ({"depth": [0.1, 0.5, 2.5]}, 1e-11, np.inf),
+    platform: ({"B": [3.0, 2.0000001, 2.0]}, 1e-12, np.inf),
+    rough_wave: ({"mean": [1.5375, 1.6319], "depth": [-1.4451, 0.6273]}, 1e-12, 0.02),
+    driven_rods: ({"drive": [0.5, 2.0]}, 1e-11, np.inf),
+}
+
+
+@pytest.mark.parametrize("describe", repeated.but([*BY_SCIPY][:-1], BY_SCIPY))
+def test_motions_and_multipliers_are_those_of_dop853(describe):
+    values, rounding, max_step = BY_SCIPY[describe]
+    check_by_scipy(Model(describe()), rounding, max_step, **values)
 
 
 @pytest.fixture(scope="module")
@@ -400,23 +449,6 @@ def test_the_measurement_is_blind(monkeypatch):
             assert (columns[name] == disturbed[name]).all(), name
 
 
-def test_points_do_not_depend_on_each_other():
-    """Nor on the number of Newton's steps at neighbouring points."""
-    rng = np.random.default_rng(38)
-    points = {
-        "mathieu": {"a": rng.uniform(-2, 10, 90), "q": rng.uniform(0, 10, 90)},
-        "duffing": {"force": rng.uniform(0, 2, 90)},
-    }
-    for name, values in points.items():
-        model = Model(duffing_oscillator()) if name == "duffing" else systems.resolve(name).mechanism
-        columns, alone = (
-            of_model(model, **{n: v[selection] for n, v in values.items()})
-            for selection in (slice(None), slice(71, 72))
-        )
-        for column in columns:
-            assert np.array_equal(columns[column][71:72], alone[column], equal_nan=True), (name, column)
-
-
 def test_a_period_that_is_none_is_refused():
     system = duffing_oscillator()
     system.period(3)
@@ -481,19 +513,6 @@ def test_no_pulse_of_the_time_is_overlooked():
         assert abs(columns["trace"][i] - y[0] - y[3]) <= columns["trace_error"][i] + 1e-12  # the error of SciPy
 
 
-def test_a_wave_that_is_rougher_than_the_motion_is_followed_to_its_errors():
-    """The truncation of tanh matters, and at saturation 1 - tanh^2 has lost the digits of the way back."""
-    system = oscillator(lambda t, mean, depth: mean + depth * sp.tanh(10 * sp.cos(t)), mean=1.0, depth=1.0)
-    means, depths = np.array([1.5375, 1.6319]), np.array([-1.4451, 0.6273])
-    columns = of_model(Model(system), mean=means, depth=depths)
-    for i, (mean, depth) in enumerate(zip(means, depths, strict=True)):
-        rates = lambda t, y, p=mean, q=depth: [y[1], -(p + q * np.tanh(10 * np.cos(t))) * y[0]]  # noqa: E731
-        _, M = solve_with_perturbations(rates, np.zeros(2), (0, 2 * np.pi), max_step=0.02)
-        assert columns["status"][i] == OK
-        assert abs(columns["trace"][i] - np.trace(M)) <= columns["trace_error"][i] + 1e-12  # SciPy errs in 300 steps
-    assert (columns["trace_error"] < 1e-11).all()
-
-
 @pytest.mark.parametrize(
     ("describe", "message"),
     [
@@ -515,23 +534,12 @@ def test_what_has_no_multipliers_is_refused_in_words(describe, message):
         check(describe())
 
 
-def test_constant_coefficients_have_a_period_too():
-    columns = of_model(Model(oscillator(lambda t: 2)))
-    assert columns["trace"][0] == pytest.approx(2.0 * np.cos(2.0 * np.pi * np.sqrt(2.0)), abs=1e-13)
-    assert columns["regime"] == floquet.STABLE
-
-
 @pytest.mark.slow
 def test_a_coefficient_much_faster_than_the_state_is_resolved_or_named():
     """x'' + (2 + 50 cos N t) x = 0 against DOP853; at 30,000 waves the status reports too long steps."""
-    columns, none = (of_model(Model(oscillator(lambda t, n=n: 2 + 50 * sp.cos(n * t)))) for n in (300, 30_000))
-    _, M = solve_with_perturbations(
-        lambda t, y: [y[1], -(2.0 + 50.0 * np.cos(300.0 * t)) * y[0]], np.zeros(2), (0, 2 * np.pi)
-    )
-    assert (columns["status"], none["status"]) == (OK, NOT_CONVERGED)
-    # DOP853 makes some thousand steps of 1e-13
-    assert abs(columns["trace"][0] - np.trace(M)) <= columns["trace_error"][0] + 1e-10
-    assert errors_cover(columns)
+    some, too_many = (Model(oscillator(lambda t, n=n: 2 + 50 * sp.cos(n * t))) for n in (300, 30_000))
+    check_by_scipy(some, rounding=1e-10)  # DOP853 makes some thousand steps of 1e-13
+    assert of_model(too_many)["status"] == NOT_CONVERGED
 
 
 @pytest.mark.slow
@@ -601,60 +609,3 @@ def test_a_function_is_as_steep_as_it_varies_whatever_its_terms(name):
     slope = np.abs(np.diff(np.broadcast_to(values, 2**16))).max() * 2**16 / max(np.ptp(values), 1e-300)
     assert (0.9 * slope if np.ptp(values) > 1e-13 else 0.0) <= steepness  # which is a mean over 1/64 of the period
     assert steepness <= (20.0 if name in THROUGH_IDENTITIES else 4.0 * slope)
-
-
-@pytest.mark.parametrize("B", [3.0, 2.0000001, 2.0])
-def test_a_satellites_platform_may_be_nearly_symmetric(B):
-    """A rotor's wobble on a rotating platform of inertias 2 and B: the trace against SciPy's DOP853."""
-    u, v = sp.cos(3 * T), sp.sin(3 * T)
-
-    def described_rates(x, y, b):
-        J = sp.Matrix([[1 + 2 * u**2 + b * v**2, (2 - b) * u * v], [(2 - b) * u * v, 1 + 2 * v**2 + b * u**2]])
-        omega = J.adjugate() * sp.Matrix([x, y]) / J.det()
-        return omega[1], -omega[0]
-
-    system = flow(described_rates, "xy", (-1, 1), places={"spin": [0, 0]}, B=3.0)
-    system.period(2 * sp.pi / 3)
-
-    def rates(time, L):
-        rotation = np.array([[np.cos(3 * time), np.sin(3 * time)], [-np.sin(3 * time), np.cos(3 * time)]])
-        omega = rotation.T @ np.diag(1 / (1 + np.array([2.0, B]))) @ rotation @ L
-        return np.array([omega[1], -omega[0]])
-
-    _, M = solve_with_perturbations(rates, np.zeros(2), (0, 2 * np.pi / 3))
-    columns = of_model(Model(system), B=B)
-    assert columns["status"] == OK
-    assert abs(columns["trace"] - np.trace(M)) <= columns["trace_error"] + 1e-12  # the error of SciPy
-
-
-@pytest.mark.slow
-def test_perturbations_of_two_rods_that_are_driven():
-    """A torque on the first of two rods, which have coupled accelerations: the base motion has accelerations too."""
-    system = System("Driven rods")
-    drive, drag = system.parameter("drive", default=1.0), system.parameter("drag", default=0.2)
-    first, second = (system.coordinate(name, "rad", bounds=(-3, 3)) for name in ("first", "second"))
-    v, w = system.velocity(first), system.velocity(second)
-    system.kinetic_energy(v**2 + w**2 / 2 + v * w * sp.cos(first - second))
-    system.potential(-2 * sp.cos(first) - sp.cos(second))
-    system.dissipation(drag * (v**2 + w**2) / 2)
-    system.force(first, drive * sp.cos(2 * system.time))
-    system.period(sp.pi)
-    system.equilibrium("hanging", {first: 0, second: 0})
-    columns = of_model(Model(system), drive=[0.5, 2.0], drag=0.2)
-    names = ("first", "second", "first_dot", "second_dot")
-
-    def rates(t, x, drive):
-        c, s = np.cos(x[0] - x[1]), np.sin(x[0] - x[1])
-        f = [drive * np.cos(2 * t) - s * x[3] ** 2 - 2 * np.sin(x[0]) - 0.2 * x[2]]
-        f.append(s * x[2] ** 2 - np.sin(x[1]) - 0.2 * x[3])
-        return np.array([*x[2:], (f[0] - c * f[1]) / (2 - c * c), (2 * f[1] - c * f[0]) / (2 - c * c)])
-
-    for i, drive in enumerate((0.5, 2.0)):
-        start = np.array([columns[f"{name}_start"][i] for name in names])
-        end, M = solve_with_perturbations(lambda t, x, drive=drive: rates(t, x, drive), start, (0, np.pi))
-        assert end == pytest.approx(start, abs=1e-11)
-        trace = np.trace(M)
-        assert abs(trace - columns["trace"][i]) <= columns["trace_error"][i] + 1e-11
-        assert abs(trace - columns["trace_theory"][i]) <= 1e-11
-    assert columns["trace_error"].max() < 1e-9
-    assert errors_cover(columns)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import relative
 import sympy as sp
-from described import flow
+from described import flow, points_at
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
@@ -16,9 +16,6 @@ from kernels.free import linear
 from sweeps.mechanics import System
 from sweeps.mechanics import relative as theirs
 from sweeps.mechanics.model import Model
-from sweeps.points import catalogue
-from sweeps.points.columns import measure_points
-from sweeps.points.loading import read_sweep
 from sweeps.systems.relative_equilibrium.system import REGIMES
 
 pytestmark = pytest.mark.slow  # compiling their kernels takes as long as compiling those of all quick tests
@@ -110,14 +107,25 @@ def test_errors_cover_where_a_small_state_feels_large_ones(epsilon):
 
 
 def of_matrices(matrices):
-    """Columns of the linear systems x' = A x."""
+    """Return columns of the linear systems x' = A x, with rows of eigenvalues."""
     count, n, _ = matrices.shape
     defaults = {f"a{i}{j}": 1.0 + 2 * i + j * j for i in range(n) for j in range(n)}
     rates = lambda *x: sp.Matrix(n, n, x[n:]) * sp.Matrix(x[:n])  # noqa: E731
-    system = flow(rates, [f"x{i}" for i in range(n)], (-1, 1), places={"rest": [0] * n}, **defaults)
-    points = {f"a{i}{j}": np.repeat(matrices[:, i, j], n) for i in range(n) for j in range(n)}
-    points |= {"epsilon": np.full(n * count, 1e-30), "equilibrium": np.zeros(n * count, dtype=int)}
-    return Model(system).survey(points | {"eigenvalue": np.tile(np.arange(1, n + 1), count)})
+    model = Model(flow(rates, [f"x{i}" for i in range(n)], (-1, 1), places={"rest": [0] * n}, **defaults))
+    columns = model.survey(points_at(model, **{name: matrices[:, int(name[1]), int(name[2])] for name in defaults}))
+    return {name: rows.reshape(count, n) for name, rows in columns.items()}
+
+
+def check_eigenvalues(columns, matrices, numbers, digits=40):
+    """Check that errors cover the distance from exact eigenvalues, in any order, of matrices with these numbers."""
+    for k in numbers:
+        with mpmath.workdps(digits):
+            exact = np.array(mpmath.eig(mpmath.matrix(matrices[k].tolist()), left=False, right=False), dtype=complex)
+        covered = np.ones((exact.size, exact.size), dtype=bool)
+        for component in ("real", "imag"):
+            value, error = (columns[f"eigenvalue_{component}{end}"][k] for end in ("", "_error"))
+            covered &= np.abs(value[:, None] - getattr(exact, component)) <= error[:, None]
+        assert (maximum_bipartite_matching(csr_array(covered)) >= 0).all()
 
 
 def test_errors_cover_where_slow_decays_are_barely_moved():
@@ -126,16 +134,9 @@ def test_errors_cover_where_slow_decays_are_barely_moved():
     T = np.eye(4) + 0.2 * random.normal(size=(4000, 4, 4))
     matrices = (T * -(10.0 ** random.uniform(-6, 0, (4000, 1, 4)))) @ np.linalg.inv(T)
     columns = of_matrices(matrices)
-    weak = np.flatnonzero((columns["status"] == 0) & (columns["smallest_singular_value"] < 1e-3)).reshape(-1, 4)
-    assert len(weak) > 150
-    with mpmath.workdps(40):
-        truth = [mpmath.eig(mpmath.matrix(matrices[k // 4].tolist()), left=False, right=False) for k in weak[:, 0]]
-    truth = np.sort([[float(value.real) for value in values] for values in truth])
-    order = np.argsort(columns["eigenvalue_real"][weak])
-    value, error = (
-        np.take_along_axis(columns[name][weak], order, 1) for name in ("eigenvalue_real", "eigenvalue_real_error")
-    )
-    assert (np.abs(value - truth) <= error).all()
+    weak = np.flatnonzero(((columns["status"] == 0) & (columns["smallest_singular_value"] < 1e-3))[:, 0])
+    assert weak.size > 150
+    check_eigenvalues(columns, matrices, weak)
 
 
 def test_errors_cover_where_eigenvalues_are_one_in_several_blocks():
@@ -143,37 +144,23 @@ def test_errors_cover_where_eigenvalues_are_one_in_several_blocks():
     random = np.random.default_rng(3)
     matrices = random.integers(-1, 2, (150, 6, 6)) * (random.random((150, 6, 6)) < 0.3) * 1.0
     columns = of_matrices(matrices)
-    eigenvalues = {name: values.reshape(-1, 6) for name, values in columns.items() if name.startswith("eigenvalue_")}
-    measured = np.flatnonzero(columns["status"].reshape(-1, 6)[:, 0] == 0)
+    measured = np.flatnonzero(columns["status"][:, 0] == 0)
     assert measured.size > 60
-    for k in measured:
-        with mpmath.workdps(60):  # a chain of six has a tenth of the digits
-            truth = mpmath.eig(mpmath.matrix(matrices[k].tolist()), left=False, right=False)
-        truth = np.array([complex(value) for value in truth])
-        is_covered = np.ones((6, 6), dtype=bool)  # of eigenvalues in any order
-        for component, exact in (("real", truth.real), ("imag", truth.imag)):
-            value, error = eigenvalues[f"eigenvalue_{component}"][k], eigenvalues[f"eigenvalue_{component}_error"][k]
-            is_covered &= np.abs(value[:, None] - exact) <= error[:, None]
-        assert (maximum_bipartite_matching(csr_array(is_covered)) >= 0).all()
+    check_eigenvalues(columns, matrices, measured, 60)  # a chain of six has a tenth of the digits
 
 
 def test_errors_of_random_linear_systems_cover_and_are_those_of_rounding():
-    """Against 40 digits, in any units, growing, decaying and turning, some with two eigenvalues close together."""
+    """In any units, growing, decaying and turning, some with two eigenvalues close together."""
     random, count, n = np.random.default_rng(5), 300, 3
     matrices = random.normal(size=(count, n, n)) * 10.0 ** random.uniform(-3, 3, (count, 1, 1))
     sizes = 10.0 ** random.uniform(-1, 1, (count, n))
     matrices *= sizes[:, :, None] / sizes[:, None, :]
     columns = of_matrices(matrices)
     assert (columns["status"] == 0).all()
-    with mpmath.workdps(40):
-        truth = [mpmath.eig(mpmath.matrix(a.tolist()), left=False, right=False) for a in matrices]
-        measured = columns["eigenvalue_real"] + 1j * columns["eigenvalue_imag"]
-        deviation = np.array([min((mpmath.mpc(m) - v for v in truth[i // n]), key=abs) for i, m in enumerate(measured)])
-        deviation = np.array([[float(abs(z.real)), float(abs(z.imag))] for z in deviation])
-    errors = np.stack([columns["eigenvalue_real_error"], columns["eigenvalue_imag_error"]], axis=1)
-    assert (deviation <= errors).all()
+    check_eigenvalues(columns, matrices, range(count))
+    errors = np.stack([columns["eigenvalue_real_error"], columns["eigenvalue_imag_error"]])
     # about a hundred roundings, were eigenvalues the sum of so many samples; each of these is 2e-16
-    assert np.median(errors / columns["rate_scale"][:, None]) < 5e-14
+    assert np.median(errors / columns["rate_scale"]) < 5e-14
 
 
 def test_no_measured_column_depends_on_a_theoretical_eigenvalue(monkeypatch):
@@ -206,15 +193,6 @@ def edge(test, low, high):
     return high
 
 
-def test_the_sleeping_top_wakes_at_its_threshold():
-    """I3² W² = 4 I1 m g l, and beyond it the growth while turning."""
-    at_rest = edge(lambda W: growth("sleeping_top", spin_rate=W) < 1e-6, 3.0, 6.0)
-    assert abs(at_rest / 4.714045207910317 - 1) < 1e-6
-    eigenvalues = relative.theory_at("sleeping_top")["eigenvalues"][0]
-    np.testing.assert_allclose(np.abs(eigenvalues.real), 1.0908712114635715, rtol=1e-12)
-    np.testing.assert_allclose(np.abs(eigenvalues.imag), 2.1, rtol=1e-12)  # in the body's axes
-
-
 def test_a_weightless_top_is_the_free_body():
     m, columns = motions("sleeping_top", 100, moment_of_weight=0.0)
     eigenvalues = m.theory({k: v[::4] for k, v in columns.items()})["eigenvalues"]
@@ -225,25 +203,30 @@ def test_a_weightless_top_is_the_free_body():
     np.testing.assert_allclose(squares / scale, np.sort(-np.array([W**2, free]), axis=0).T / scale, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("name", "edge", "values"),
-    [
-        ("sleeping_top", 4.714045207910317, lambda x: {"spin_rate": x}),
-        ("rotor", 3.5, lambda x: {"spin_rate": x}),
-        ("gravity_gradient", (np.sqrt(45) - 7) / 2, lambda x: {"k1": x + 1e-9, "k3": x - 1e-9}),
-    ],
-)
-def test_measured_growth_begins_at_the_threshold(name, edge, values):
-    """A refined sweep across each threshold, of cells of 1e-7: measured growth ends within a cell of it."""
-    m, count = model(name), 42
-    x = edge + np.linspace(-2e-6, 2e-6, count)
-    points = {k: np.full(count, p.default) for k, p in m.system.parameters.items()} | values(x)
-    columns = {k: np.repeat(v, m.n) for k, v in points.items()}
-    columns |= {"equilibrium": np.zeros(count * m.n, dtype=int), "eigenvalue": np.tile(np.arange(1, m.n + 1), count)}
-    result = m.survey(columns | {"epsilon": np.full(count * m.n, 1e-30)})
-    grows = (result["growth_rate"] > result["growth_rate_error"])[:: m.n]
-    (at,) = np.flatnonzero(grows[1:] != grows[:-1])
-    assert x[at] - 1e-7 < edge < x[at + 1] + 1e-7
+DIAGONAL = (np.sqrt(45) - 7) / 2  # k1 = k3 at the corner of DeBra and Delp's region
+CORNER = -0.0505102572  # k1 at the corner on k3 = -1, approached
+EDGES = {  # threshold of growth → system, its parameters at x, width of the search, growth by rounding, digits
+    4.714045207910317: ("sleeping_top", lambda x: {"spin_rate": x}, 1.0, 1e-6, 1e-6),  # I3² W² = 4 I1 m g l
+    DIAGONAL: ("gravity_gradient", lambda x: {"k1": x + 1e-9, "k3": x - 1e-9}, 0.1, 1e-6, 1e-6),
+    CORNER: ("gravity_gradient", lambda x: {"k1": x, "k3": -0.99999999 + 0 * x}, 0.04, 1e-6, 1e-6),
+    0.0385208965: ("lagrange_points", lambda x: {"mass_ratio": x}, 0.02, 1e-6, 1e-9),  # Routh
+    1 + 0.05 / 0.02: ("rotor", lambda x: {"spin_rate": x}, 1.0, 0.0, 1e-9),  # the critical speed
+}
+
+
+@pytest.mark.parametrize("value", EDGES)
+def test_growth_begins_at_its_threshold(value):
+    """By theory; and the measured growth in a sweep of cells of 1e-7 across the threshold, within a cell of it."""
+    name, values, width, rounding, digits = EDGES[value]
+    grows = [growth(name, **values(value + side * width)) > rounding for side in (-1, 1)]
+    assert grows[0] != grows[1]
+    at = edge(lambda x: (growth(name, **values(x)) > rounding) == grows[1], value - width, value + width)
+    assert abs(at - value) < digits * max(1.0, abs(value))
+    x, m = value + np.linspace(-2e-6, 2e-6, 42), model(name)
+    result = m.survey(points_at(m, [0], **values(x)))
+    is_growing = (result["growth_rate"] > result["growth_rate_error"])[:: m.n]
+    (at,) = np.flatnonzero(is_growing[1:] != is_growing[:-1])
+    assert x[at] - 1e-7 < value < x[at + 1] + 1e-7
 
 
 def test_errors_cover_where_the_normal_equations_have_few_digits():
@@ -264,38 +247,28 @@ def test_an_energy_whose_gradient_vanishes_chooses_no_direction():
     assert (theory["basis"] == np.eye(6)).all()
 
 
-def test_the_gravity_gradients_corners():
-    """k1 = k3 = (√45 - 7)/2 along the diagonal, and -0.0505102572 along k3 = -1 (approached)."""
-
-    def curve(k1, k3):
-        b, c = 1 + 3 * k1 + k1 * k3, 4 * k1 * k3
-        return b * b - 4 * c
-
-    k = edge(lambda k: growth("gravity_gradient", k1=k + 1e-9, k3=k - 1e-9) < 1e-5, -0.3, -0.01)
-    assert abs(k - (np.sqrt(45) - 7) / 2) < 1e-6
-    k1 = edge(lambda k: growth("gravity_gradient", k1=k, k3=-0.9999) < 1e-5, -0.2, -0.01)
-    assert abs(curve(k1, -0.9999)) < 1e-6
-    exact = edge(lambda k: curve(k, -1.0) > 0, -0.2, -0.01)
-    assert abs(exact + 0.0505102572) < 1e-10
-
-
-def test_damping_keeps_lagranges_region_and_takes_debras():
-    assert abs(growth("gravity_gradient_damped", k1=0.7, k3=0.3) + 0.00222) < 5e-6
-    assert abs(growth("gravity_gradient_damped", k1=-0.03, k3=-0.6) - 0.00152) < 5e-6
-    for k1, k3 in ((0.7, 0.3), (-0.03, -0.6)):
-        assert growth("gravity_gradient", k1=k1, k3=k3) < 1e-12
-
-
 @pytest.mark.parametrize(
-    ("values", "rate"),
+    ("name", "values", "rate", "digits"),
     [
-        ({}, 0.006743344553792552),
-        ({"axial_moment": 1.6}, -0.0018299164938047),
-        ({"slug_moment": 0.001, "drag": 0.001, "rotor_momentum": 1.5, "spin_rate": 0.2}, -0.00061782167788),
+        ("sleeping_top", {}, 1.0908712114635715, 1e-12),
+        # damping keeps Lagrange's region and takes DeBra's
+        ("gravity_gradient_damped", {"k1": 0.7, "k3": 0.3}, -0.00222, 5e-6),
+        ("gravity_gradient_damped", {"k1": -0.03, "k3": -0.6}, 0.00152, 5e-6),
+        ("gravity_gradient", {"k1": 0.7, "k3": 0.3}, 0.0, 1e-12),
+        ("gravity_gradient", {"k1": -0.03, "k3": -0.6}, 0.0, 1e-12),
+        # the major-axis rule
+        ("viscous_slug", {}, 0.006743344553792552, 1e-12),
+        ("viscous_slug", {"axial_moment": 1.6}, -0.0018299164938047, 1e-13),
+        (
+            "viscous_slug",
+            {"slug_moment": 0.001, "drag": 0.001, "rotor_momentum": 1.5, "spin_rate": 0.2},
+            -0.00061782167788,
+            1e-13,
+        ),
     ],
 )
-def test_the_major_axis_rule_in_numbers(values, rate):
-    assert abs(growth("viscous_slug", **values) / rate - 1) < 1e-10
+def test_growth_in_numbers(name, values, rate, digits):
+    assert abs(growth(name, **values) - rate) < digits
 
 
 def test_measured_growth_is_the_energy_sinks():
@@ -321,22 +294,12 @@ def test_areas_of_the_stable_regions_of_the_gravity_gradient():
     m, side = model("gravity_gradient"), 40
     at = (np.arange(side) + 0.5) / side * 2 - 1
     k1, k3 = (x.ravel() for x in np.meshgrid(at, at + 0.25 / side, indexing="ij"))  # no cell's middle on the diagonal
-    count = k1.size
-    columns = {"k1": k1, "k3": k3, "orbital_rate": np.ones(count), "epsilon": np.full(count, 1e-30)}
-    columns = {k: np.repeat(v, m.n) for k, v in columns.items()} | {"equilibrium": np.zeros(count * m.n, dtype=int)}
-    result = m.survey(columns | {"eigenvalue": np.tile(np.arange(1, m.n + 1), count)})
+    result = m.survey(points_at(m, k1=k1, k3=k3))
     stable = result["regime"][:: m.n] == REGIMES.index("stable") - 1
     lagrange, debra = stable & (k3 > 0), stable & (k1 < 0)
     assert stable.sum() == lagrange.sum() + debra.sum()
     assert lagrange.mean() == pytest.approx(1 / 8, abs=2 / side**1.5)  # some cells of the some `side` on its edges
     assert debra.mean() == pytest.approx(0.0794653620 / 4, abs=2 / side**1.5)
-
-
-def test_routh_and_the_rotors_critical_speed():
-    mu = edge(lambda mu: growth("lagrange_points", mass_ratio=mu) > 1e-6, 0.01, 0.1)
-    assert abs(mu - 0.0385208965) < 1e-9
-    critical = edge(lambda W: growth("rotor", spin_rate=W) > 0, 2.0, 5.0)
-    assert abs(critical / (1 + 0.05 / 0.02) - 1) < 1e-9
 
 
 @functools.cache
@@ -356,13 +319,10 @@ def pendulum_on_a_cart():
 
 def test_zero_eigenvalues_of_a_family_are_its_own():
     """A cart with friction stops; without friction it rolls on from the least push, a second zero eigenvalue."""
-    points = {"friction": np.array([0.2, 0.2, 0.0]), "equilibrium": np.array([0, 1, 0])}
-    points = {name: np.repeat(values, 4) for name, values in points.items()}
-    columns = pendulum_on_a_cart().survey(
-        points | {"epsilon": np.full(12, 1e-6), "eigenvalue": np.tile([1, 2, 3, 4], 3)}
-    )
+    m = pendulum_on_a_cart()
+    columns = m.survey(points_at(m, friction=[0.2, 0.0], epsilon=1e-6))
     assert (columns["family_dimension"] == 1).all()
-    expected = np.repeat(["stable", "unstable", "marginal"], 4).tolist()
+    expected = np.repeat(["stable", "unstable", "marginal", "unstable"], 4).tolist()
     assert [REGIMES[k + 1] for k in columns["regime"]] == expected
     assert [REGIMES[k + 1] for k in columns["regime_theory"]] == expected
 
@@ -377,9 +337,8 @@ def test_errors_cover_how_well_a_place_is_known(place, gap):
         half = mpmath.mpf(float(a + b)) / 2
         square = half**2 - mpmath.mpf(float(a * b))
         slope = 2.0 * float(mpmath.sqrt(max(square, 0)))
-    columns = Model(system).survey(
-        {"equilibrium": np.repeat([0, 1], 2), "epsilon": np.full(4, 1e-30), "eigenvalue": np.tile([1, 2], 2)}
-    )
+    m = Model(system)
+    columns = m.survey(points_at(m))
     growth, error = (columns[name].reshape(2, 2)[:, 0] for name in ("growth_rate", "growth_rate_error"))
     expected = np.array([-slope, slope])
     exists = np.isfinite(growth)
@@ -393,16 +352,3 @@ def test_errors_cover_how_well_a_place_is_known(place, gap):
 def test_a_free_balls_equilibria_have_four_dimensions():
     """Every spin about the vertical, wherever the body's axes point: three for the vertical, one for the spin."""
     assert relative.theory_at("sleeping_top", I3=1.0, moment_of_weight=0.0)["dimension"] == 4
-
-
-@pytest.mark.parametrize("name", ["lagrange_points", "gravity_gradient_damped"])
-def test_no_bit_of_a_point_depends_on_the_others(name):
-    sweep = read_sweep(catalogue.shipped_files()[name])
-    numbers = np.random.default_rng(5).choice(sweep.grid.size, 40, replace=False)
-    points = [sweep.grid.points(int(number), int(number) + 1) for number in numbers]
-    together = measure_points(
-        {key: np.concatenate([point[key] for point in points]) for key in sweep.grid.arguments}, sweep
-    )
-    for i, point in enumerate(points):
-        alone = measure_points({key: point[key] for key in sweep.grid.arguments}, sweep)
-        assert [key for key in alone if alone[key][0].tobytes() != together[key][i].tobytes()] == []

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import repeated
 import sympy as sp
-from described import particle
+from described import particle, points_at
 from oscillators import LIBRARY, description_of
 
 from kernels.estimator import statuses
@@ -24,22 +24,10 @@ def plane(V, bounds, max_places=8, **parameters):
     return Model(particle(V, "xyzw"[: len(bounds)], bounds, most=max_places, **parameters))
 
 
-def points(model, count=1, epsilon=1e-6, **values):
-    """Return columns with a row for each point, equilibrium and mode; defaults replace missing values."""
-    system, n = model.system, model.equations.m
-    rows = system.most * n
-    point_columns = {
-        name: np.repeat(np.resize(values.get(name, p.default), count), rows) for name, p in system.parameters.items()
-    }
-    point_columns["equilibrium"] = np.tile(np.repeat(np.arange(system.most), n), count)
-    point_columns["mode"] = np.tile(np.arange(1, n + 1), system.most * count)
-    return point_columns | {"epsilon": np.full(rows * count, epsilon), "phase": np.full(rows * count, 0.6)}
-
-
 @pytest.mark.parametrize("ratio", [1e5, 1e8, 1e10, 1e12])
 def test_a_stiff_direction_loses_no_equilibrium_and_invents_none(ratio):
     model = plane(lambda x, y, k: x**2 / 2 + k * y**2 / 2, [(-1, 2)] * 2, max_places=5, k=1.0)
-    theory = model.theory(points(model, k=ratio))
+    theory = model.theory(points_at(model, k=ratio))
     assert (~np.isnan(theory["place"][:, 0])).sum() == 2  # both modes of one place
     assert theory["place"][:2] == pytest.approx(0, abs=1e-15)
     assert theory["omega_squared"][:2] == pytest.approx([1.0, ratio], rel=1e-12)
@@ -55,7 +43,7 @@ def test_an_elastic_pendulum_hangs_at_its_place(stiffness):
     system.particle(1, (r * sp.sin(angle), -r * sp.cos(angle)))
     system.potential(k * (r - 1) ** 2 / 2 - sp.Rational(980665, 100000) * r * sp.cos(angle))
     model = Model(system)
-    theory = model.theory(points(model, stiffness=stiffness))
+    theory = model.theory(points_at(model, stiffness=stiffness))
     below = theory["place"][np.abs(theory["place"][:, 1]) < 1]
     assert below[0] == pytest.approx([1 + 9.80665 / stiffness, 0], abs=1e-15)
     soft = theory["omega_squared"][np.abs(theory["place"][:, 1]) < 1][0]
@@ -70,7 +58,7 @@ def quartic():
 
 @pytest.mark.parametrize(("a", "b"), [(1.0, 0.0), (0.0, 100.0), (0.0, -100.0), (1e-30, 0.0), (0.0, 1e30)])
 def test_a_degenerate_equilibrium_is_marginal_and_has_no_rate(quartic, a, b):
-    columns = quartic.survey(points(quartic, a=a, b=b))
+    columns = quartic.survey(points_at(quartic, a=a, b=b))
     assert columns["x_equilibrium"][0] == pytest.approx(0.0, abs=1e-15)
     assert columns["regime"][0] == columns["regime_theory"][0] == kernel.MARGINAL
     assert columns["growth_rate"][0] == columns["frequency"][0] == 0.0
@@ -82,14 +70,14 @@ def test_a_degenerate_equilibrium_is_marginal_and_has_no_rate(quartic, a, b):
 def test_a_flat_bottom_is_marginal_within_any_bounds(power, bounds):
     """The place is found to 1e-17 of the bounds, and V″ there is some 1e-33: no scale of its own."""
     model = plane(lambda x: x**power, [bounds], max_places=1)
-    theory = model.theory(points(model))
+    theory = model.theory(points_at(model))
     assert theory["omega_squared"].tolist() == [0.0]
     assert theory["scale"][0] > 0.1
 
 
 def test_a_row_without_an_equilibrium_has_no_theory():
     model = plane(lambda x, k: k * (x - 3) ** 2 / 2, [(-1, 2)], max_places=1, k=1.0)
-    columns = model.survey(points(model))
+    columns = model.survey(points_at(model))
     assert columns["status"].tolist() == [statuses.NO_EQUILIBRIUM]
     for name in ("omega_squared_theory", "frequency_theory", "rate_scale", "omega_squared", "x_equilibrium"):
         assert np.isnan(columns[name]).all()
@@ -109,7 +97,7 @@ def argon(**options):
 
 def test_the_size_that_is_left_out_follows_from_the_potential():
     model = argon()
-    theory = model.theory(points(model))
+    theory = model.theory(points_at(model))
     place = 2 ** (1 / 6) * 3.4e-10
     assert theory["place"][0, 0] == pytest.approx(place, rel=1e-14)
     assert 0.01 * place < theory["sizes"][0, 0] < 0.3 * place
@@ -119,7 +107,7 @@ def test_the_size_that_is_left_out_follows_from_the_potential():
 @pytest.mark.parametrize(("size", "epsilon"), [(1.0, 1e-6), (1.0, 0.5), (4e-10, 0.5)])
 def test_a_nudge_that_leaves_the_neighbourhood_is_said(size, epsilon):
     model = argon(size=size)
-    columns = model.survey(points(model, epsilon=epsilon))
+    columns = model.survey(points_at(model, epsilon=epsilon))
     assert columns["status"].tolist() == [statuses.PERTURBATION_TOO_LARGE]
     assert np.isnan(columns["omega_squared"]).all()
 
@@ -152,7 +140,7 @@ def test_planar_water_with_a_bend_by_acos_has_three_vibrations_and_three_free_mo
         sum(845 * (length - bond) ** 2 / 2 for length in lengths) + sp.Float(7e-19) * (bend - angle) ** 2 / 2
     )
     model = Model(system)
-    theory = model.theory(points(model))
+    theory = model.theory(points_at(model))
     assert theory["certified"].tolist() == [equilibria.PROVED] * 6
     square = np.sort(theory["omega_squared"])
     assert np.abs(square[:3]).max() < 1e-12 * theory["scale"][0] ** 2
@@ -165,23 +153,23 @@ def test_a_kinetic_energy_that_is_not_positive_is_said():
     (x,), (c,) = (tuple(each.symbol for each in table.values()) for table in (system.coordinates, system.parameters))
     system.kinetic_energy((1.5 - c) * system.velocity(x) ** 2)
     model = Model(system)
-    columns = model.survey(points(model, 2, c=np.array([2.0, 3.0])))
+    columns = model.survey(points_at(model, c=[2.0, 3.0]))
     assert columns["status"].tolist() == [statuses.KINETIC_ENERGY_NOT_POSITIVE] * 2
 
 
 def test_a_point_with_too_many_equilibria_is_said():
     model = plane(lambda x, c: x**4 / 4 - c * x**2 / 2, [(-2, 2)], max_places=2, c=1.0)
-    theory = model.theory(points(model, c=1.0))
+    theory = model.theory(points_at(model, c=1.0))
     assert (theory["status"] == statuses.TOO_MANY_EQUILIBRIA).all()
     assert np.isnan(theory["omega_squared"]).all()
 
 
 def test_a_system_without_parameters_has_places():
     model = plane(lambda x: x**2, [(-1, 2)], max_places=1)
-    theory = model.theory(points(model))
+    theory = model.theory(points_at(model))
     assert theory["omega_squared"].tolist() == [2.0]
     model = plane(lambda x: x**4 / 4 - x**2 / 2, [(-2, 3)], max_places=4)
-    theory = model.theory(points(model))
+    theory = model.theory(points_at(model))
     assert theory["omega_squared"] == pytest.approx([2.0, -1.0, 2.0, np.nan], nan_ok=True)
 
 
@@ -205,7 +193,7 @@ UNITS = {  # parameter → exponents of length, mass and time
 def test_shipped_maps_do_not_know_the_units(name):
     model = Model(description_of(name))
     exponents = {p: UNITS[p] for p in model.names}
-    rows = points(model, spin_rate=7.3) if name == "bead_on_hoop" else points(model)
+    rows = points_at(model, spin_rate=7.3) if name == "bead_on_hoop" else points_at(model)
     plain = model.survey(rows)
     for factors in FACTORS:
         unit = {p: np.prod([f**e for f, e in zip(factors, exponents[p], strict=True)]) for p in exponents}

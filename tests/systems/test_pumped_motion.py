@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from multipliers import TRACES, VALUES, check_errors, monodromy_matrix
+from multipliers import TRACES, check_errors
 from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
 
@@ -12,6 +12,7 @@ import sweeps
 from kernels.estimator import statuses
 from kernels.flow import floquet
 from sweeps.systems.pumped_body import equations
+from sweeps.systems.pumped_body.presentation import figure_shapes
 from sweeps.systems.pumped_body.system import least_margin, trace_by_scipy
 
 STABLE, UNSTABLE, PERIOD_DOUBLING = floquet.STABLE, floquet.UNSTABLE, floquet.PERIOD_DOUBLING
@@ -20,17 +21,10 @@ AT_REST = {f"{name}{i}": 0.0 for name in ("depth", "lag") for i in (1, 2, 3)}
 
 def points(**values):
     """Return points about axis 3 at epsilon 1e-9, all else as given."""
-    values_of_point = (
-        AT_REST | {"axis": 3, "I1": 1.0, "I2": 2.0, "I3": 2.0, "omega0": 0.5, "epsilon": 1e-9, "phase": 0.6} | values
-    )
-    names, columns = (
-        list(values_of_point),
-        np.broadcast_arrays(*(np.atleast_1d(value) for value in values_of_point.values())),
-    )
-    return {
-        name: np.array(column, np.int64 if name == "axis" else float)
-        for name, column in zip(names, columns, strict=True)
-    }
+    body = AT_REST | {"axis": 3, "I1": 1.0, "I2": 2.0, "I3": 2.0, "omega0": 0.5, "epsilon": 1e-9, "phase": 0.6} | values
+    columns = np.broadcast_arrays(*(np.atleast_1d(value) for value in body.values()))
+    dtypes = {"axis": np.int64}
+    return {name: column.astype(dtypes.get(name, float)) for name, column in zip(body, columns, strict=True)}
 
 
 def mathieu(a, q, **values):
@@ -51,18 +45,6 @@ def test_traces_of_mathieus_equation():
     regimes = np.where(np.abs(traces) < 2, STABLE, np.where(traces > 2, UNSTABLE, PERIOD_DOUBLING))
     assert (columns["regime"] == regimes).all()
     assert (columns["regime_theory"] == regimes).all()
-
-
-@pytest.mark.parametrize("q", [0.1, 0.5, 1.0, 5.0])
-def test_the_trace_is_two_on_mathieus_characteristic_curves(q):
-    """At a_n(q) and b_n(q) the trace is 2 (period pi) or -2, to the slope of the trace times half their last digit."""
-    a, sides = np.array(VALUES[q]), np.array([2.0, -2.0, -2.0, 2.0, 2.0])
-    is_possible = (np.abs(2.0 * q / a) < 40) & (a > -1.0 / 0.09)  # I2 > 0
-    body = mathieu(a, q)
-    is_possible &= np.abs(body["depth2"]) < 0.99
-    columns = equations.survey({name: values[is_possible] for name, values in body.items()}, True)
-    np.testing.assert_allclose(columns["trace_theory"], sides[is_possible], atol=1e-10)
-    assert (np.abs(columns["trace"] - sides[is_possible]) <= columns["trace_error"] + 1e-10).all()
 
 
 def test_pumped_stable_axis():
@@ -91,48 +73,22 @@ def test_kapitzas_racket_is_stable_and_without_modulation_is_not():
     assert unmodulated["growth_rate"][0] / 0.15 == pytest.approx(0.295611078056, abs=1e-11)
 
 
-def test_the_critical_frequencies_are_on_mathieus_characteristic_curves():
-    """a = b1(q) and a = a1(q) with q = 0.1 a, by SciPy's Mathieu functions, which are right for such small q."""
-    ds = sweeps.survey(
-        {
-            "system": "pumped_body",
-            "modulation": "inverse",
-            "axes": [3],
-            "grid": {
-                "I1": 1.0,
-                "I2": 1.5,
-                "I3": 2.0,
-                "depth2": 0.05,
-                "omega0": 0.5,
-                "frequency": [0.4, 0.5, 0.58, 0.7],
-            },
-        }
-    )
+def test_critical_frequencies_and_the_drawn_law_are_on_mathieus_characteristic_curves():
+    """a = b1(q) and a = a1(q) with q = 2 a d, d the depth, by SciPy's Mathieu functions, right for such small q."""
+    grid = {"I1": 1.0, "I2": 1.5, "I3": 2.0, "omega0": 0.5, "frequency": [0.4, 0.5, 0.58, 0.7], "depth2": [0.04, 0.05]}
+    ds = sweeps.survey(system="pumped_body", modulation="inverse", axes=[3], **grid)
     changes = sweeps.critical(ds, "frequency")
-    curves = [brentq(lambda a, f=f: f(1, 0.1 * a) - a, 0.5, 1.5, xtol=1e-14) for f in (mathieu_a, mathieu_b)]
-    assert changes.kind.values.tolist() == ["period_doubling", "restabilised"]
-    difference = changes.critical_value - np.sqrt(4.0 / 12.0 / np.array(curves))  # a = 4 L² c b0/ν²
-    assert np.all(np.abs(difference) <= changes.critical_value_error + 1e-12)  # SciPy's functions have 12 digits
-
-
-def test_small_growth_beside_frequencies_of_order_one_and_multipliers_of_1e8():
-    width = 1e-4 * 4.0 / math.pi  # in the first tongue growth per period is pi q/2
-    columns = equations.survey(mathieu(1.0, width / 2.0, epsilon=1e-20), True)
-    expected = float(np.arccosh(np.abs(np.trace(monodromy_matrix(1.0, width / 2.0))) / 2))
-    assert 0.9e-4 < expected < 1.1e-4
-    assert columns["growth_per_period"][0] == pytest.approx(expected, rel=0.01)
-    assert columns["growth_per_period_error"][0] < 0.01 * expected
-    large = equations.survey(points(I1=1.0, I2=3.0, I3=2.0, depth1=0.1, omega0=4.0, frequency=0.9, epsilon=1e-20), True)
-    trace = trace_by_scipy(
-        {
-            name: values[0]
-            for name, values in points(I1=1.0, I2=3.0, I3=2.0, depth1=0.1, omega0=4.0, frequency=0.9).items()
-        },
-        True,
-    )
-    assert abs(trace) > 1e3
-    assert large["multiplier_real"][0] == pytest.approx([trace, 1 / trace], rel=1e-6)
-    assert large["multiplier_real"][0] == pytest.approx(large["multiplier_real_theory"][0], rel=1e-9)
+    _, curves = figure_shapes.mathieu(3, ds.sel(axis=3).squeeze(), "frequency", "depth2")
+    for depth in grid["depth2"]:
+        values = [
+            brentq(lambda a, f=f, d=depth: f(1, 2 * a * d) - a, 0.5, 1.5, xtol=1e-14) for f in (mathieu_a, mathieu_b)
+        ]
+        exact, line = np.sqrt(4.0 / 12.0 / np.array(values)), changes.isel(change=(changes.depth2 == depth).values)
+        assert line.kind.values.tolist() == ["period_doubling", "restabilised"]
+        difference = np.abs(line.critical_value.values - exact)  # a = 4 L² c b0/ν²
+        assert (difference <= line.critical_value_error + 1e-12).all()  # SciPy's functions have 12 digits
+        nearest = [f[np.nanargmin(np.abs(d - depth))] for f, d in curves if np.isfinite(d).any()]
+        assert np.abs(np.subtract.outer(exact, nearest)).min(axis=1).max() < 1e-3  # between the points of a curve
 
 
 def bodies(seed, n, epsilon=None):
