@@ -56,12 +56,7 @@ BASES = {
     "sampled": SAMPLED,
     "double": {"system": "double_pendulum", "grid": {"mass2": [0.5, 1.0, 2.0], "length2": [0.5, 1.0]}},
 }
-QUICK_BASES = {
-    "rigid": DEFINITION | {"integration": {"variables": RATE_COLUMNS}},
-    "bodies": BODIES | {"integration": {"variables": RATE_COLUMNS}},
-    "top": TOP,
-    "pendulum": OSCILLATOR,
-}
+QUICK = ("rigid", "bodies", "top", "pendulum")
 NASTY = "\x1b[31mred\x1b[0m"
 TEXTS = {
     "control": NASTY,
@@ -542,22 +537,6 @@ def _peak_here():
 def _peak(children):
     """Return the largest resident size since `_forget_peak`, here or in a child; `children` is `_children()` then."""
     return max(_peak_here(), 1024 * _children() if _children() > children else 0)
-
-
-def look_once():
-    """Cache the reader's check of a file: it is the same for each command, and takes half of the time of a refusal."""
-    from sweeps.reading import sandbox
-
-    run_in_child, answers = sandbox.run_in_child, {}
-
-    def run_once(look, size):
-        status = os.stat("map.nc")
-        key = status.st_ino, status.st_mtime_ns, size
-        if key not in answers:
-            answers[key] = json.dumps(run_in_child(look, size))
-        return json.loads(answers[key])
-
-    sandbox.run_in_child = run_once
 
 
 def in_a_copy(function, patience=300):

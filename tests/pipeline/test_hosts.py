@@ -205,7 +205,7 @@ def test_a_message_blames_the_disk_for_what_is_the_disks_alone(monkeypatch, caps
 
 @pytest.fixture(scope="module")
 def small_map(tmp_path_factory):
-    return write(tmp_path_factory.mktemp("whole"), damages.QUICK_BASES["rigid"])  # its pictures take little time
+    return write(tmp_path_factory.mktemp("whole"), damages.BASES["rigid"])  # its pictures take little time
 
 
 def with_limit(what, value):
