@@ -9,6 +9,7 @@ from typing import Any
 from sweeps.commands import parser
 from sweeps.figure import colors, printing
 from sweeps.process import progress
+from sweeps.schema.datasets import flags, units_of
 from sweeps.schema.refusals import RefusedError, cut_text
 
 SHOW = """\
@@ -118,17 +119,12 @@ def _print_variables(row, places, as_json: bool) -> None:
     for name, value in row.coords.items():
         if name not in places and value.ndim == 0 and not ("flag_meanings" in value.attrs and value.item() == 0):
             # the flag 0 is the usual one: moments in kg m2
-            console.print(f"{name} = {_format_value(value)} {_units(value)}".rstrip())
+            console.print(f"{name} = {_format_value(value)} {units_of(value)}".rstrip())
     console.print()
     table = printing.table("variable", "value", "units", "meaning", right=(1,))
     for name, variable in row.data_vars.items():
-        table.add_row(name, _format_value(variable), _units(variable), str(variable.attrs.get("long_name", "")))
+        table.add_row(name, _format_value(variable), units_of(variable), str(variable.attrs.get("long_name", "")))
     console.print(table)
-
-
-def _units(variable) -> str:
-    units = str(variable.attrs.get("units", ""))
-    return "" if units == "1" else units
 
 
 def _format_value(variable) -> str:
@@ -144,8 +140,6 @@ def _format_value(variable) -> str:
 
 def _plain_value(variable):
     """Return the value of a variable for JSON, a number or a list, with flags replaced by their meanings."""
-    from sweeps.schema.datasets import flags
-
     value, meanings = variable.values.tolist(), flags(variable)
     if isinstance(value, list):
         return [meanings.get(item, item) for item in value] if meanings else value

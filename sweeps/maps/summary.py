@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.maps.description import MapDescription, describe_map
+from sweeps.maps.description import MapDescription
+from sweeps.schema.datasets import flags
 from sweeps.schema.iteration import blocks
 from sweeps.schema.variables import Role, of_role
 
@@ -116,7 +117,7 @@ class Summary:
         self.description = description
         self._specs, variables = description.specs, description.variables
         self._names = tuple(variables)
-        self._flags = {name: variable.flags for name, variable in variables.items() if variable.flags}
+        self._flags = {name: meanings for name, variable in variables.items() if (meanings := flags(variable))}
         self._headline, self._status = description.leading_flag, of_role(self._specs, Role.STATUS)
         #: number of points; of points that are compared with theory; of points of bodies that
         #: are physically impossible
@@ -132,7 +133,7 @@ class Summary:
             (i_value, n): (lengths[i_value], lengths[n]) for i_value, n in pairs if i_value in lengths and n in lengths
         }
         self.confusion = {pair: np.zeros(shape, np.int64) for pair, shape in shapes.items()}
-        floats = {name for name, variable in variables.items() if variable.kind == "f"}
+        floats = {name for name, variable in variables.items() if variable.dtype.kind == "f"}
         #: variable that should be zero → its worst magnitude
         self.checks = {
             n: Worst() for n, spec in self._specs.items() if spec.role in (Role.CHECK, Role.CERTIFICATE) and n in floats
@@ -225,7 +226,7 @@ def _flag_values(meanings: Mapping[int, str], word: str) -> list[int]:
 
 def summarise(ds: "xr.Dataset") -> Summary:
     """Return the summary of a map, which is read block by block, so that it may exceed the memory."""
-    summary = Summary(describe_map(ds))
+    summary = Summary(MapDescription(ds))
     for box in blocks(summary.description.sizes, BLOCK_POINTS):
         summary.add(box, {name: read_box(ds, name, box) for name in summary.names})
     return summary

@@ -53,6 +53,17 @@ def nearest_by(ds: Dataset, requested: Mapping[str, float], at: Mapping[str, int
     return dict(zip(dims, map(int, np.unravel_index(int(distance.argmin()), distance.shape)), strict=True))
 
 
+def units_of(variable: DataArray) -> str:
+    """Return the UDUNITS text of a variable or a coordinate; "" without a unit."""
+    units = str(variable.attrs.get("units", ""))
+    return "" if units == "1" else units
+
+
+def long_name(variable: DataArray) -> str:
+    """Return the meaning of a variable or a coordinate in one line; its name if it has none."""
+    return str(variable.attrs.get("long_name", variable.name))
+
+
 def spreads_by_ratio(values: np.ndarray) -> bool:
     """Return True if most values are small compared with the greatest, so that a logarithmic axis separates them."""
     return bool(values.min() > 0 and values.max() > 30 * values.min() and np.median(values) < 0.2 * values.max())

@@ -20,10 +20,11 @@ from jinja2.utils import htmlsafe_json_dumps  # JSON that cannot end the HTML el
 from markupsafe import Markup
 
 from sweeps.figure import colors, wording
-from sweeps.maps.description import ColumnDescription, MapDescription, describe_map
+from sweeps.maps.description import MapDescription
 from sweeps.maps.summary import Summary, comparison_rule, format_share
 from sweeps.process.files import replace_output
 from sweeps.reading.definitions import definition_of
+from sweeps.schema.datasets import flags, long_name, units_of
 from sweeps.schema.variables import POINT, Role
 from sweeps.systems import make_presentation
 from sweeps.systems.presentation import Opening, Page
@@ -89,7 +90,7 @@ def write_report(
     Raises:
         ValueError: if not even a single point of the map fits into `limit`.
     """
-    description = describe_map(ds)
+    description = MapDescription(ds)
     presentation = make_presentation(system) if system else description.presentation
     system_page, opening = presentation.page(ds), presentation.opening(ds)
     summary, columns, page_grid = read_columns(ds, description)
@@ -159,7 +160,7 @@ def _appearance_data(description: MapDescription) -> dict:
     """Return meanings of flags in words and colours, and symbols of parameters, of the map's system."""
     appearance = description.presentation.appearance
     columns = {**description.variables, **description.coordinates}
-    words = {word for column in columns.values() for word in column.flags.values()}
+    words = {word for column in columns.values() for word in flags(column).values()}
     return {
         "words": {word: appearance.words(word) for word in sorted(words)},
         "colors": {word: color for word in sorted(words) if (color := colors.in_light(appearance.color(word)))},
@@ -175,7 +176,7 @@ def _coordinate_data(description: MapDescription, name: str, page_grid) -> dict:
     coordinate = description.coordinates[name]
     dim = coordinate.dims[0] if coordinate.dims else None
     values = coordinate.values[page_grid[dim]] if dim else coordinate.values.reshape(1)
-    kind = coordinate.kind
+    kind = coordinate.dtype.kind
     entries = [_json_number(v) if kind in "fiub" else str(v) for v in values.tolist()]
     words = _column_words(coordinate) | {"typed": name == description.named_along}  # by the author of the definition
     return {"dim": dim, "values": entries, "numeric": kind in "fiu", "whole": kind in "iu", **words}
@@ -191,9 +192,10 @@ def _variable_data(description: MapDescription, column: Packed, k: int) -> dict:
     return facts | _column_words(description.columns[column.name]) | {"id": k, **relations}
 
 
-def _column_words(column: ColumnDescription) -> dict:
-    flags = [{"value": value, "meaning": meaning} for value, meaning in column.flags.items()]
-    return {"units": column.units, "longName": column.long_name, "comment": column.comment, "flags": flags}
+def _column_words(column: "xr.DataArray") -> dict:
+    meanings = [{"value": value, "meaning": meaning} for value, meaning in flags(column).items()]
+    words = {"units": units_of(column), "longName": long_name(column), "comment": str(column.attrs.get("comment", ""))}
+    return words | {"flags": meanings}
 
 
 def _json_number(value):
@@ -238,7 +240,8 @@ def _render_page(contents: PageContents, packed_columns: list[Packed], page_grid
     )
     appearance = description.presentation.appearance
     environment.filters |= {"number": _format_value, "share": format_share, "words": appearance.words}
-    environment.filters["long_name"] = description.long_name
+    columns = {**description.variables, **description.coordinates}
+    environment.filters["long_name"] = lambda name: long_name(columns[name])
     scripts = _system_texts(system_page, ".js") or [_read_asset("part.js")]
     program = '"use strict";\n' + "\n".join((*map(_read_asset, FIRST_SCRIPTS), *scripts, _read_asset("main.js")))
     template = environment.from_string(_read_asset("report.html"))

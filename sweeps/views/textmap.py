@@ -12,7 +12,7 @@ from sweeps.figure.printing import table
 from sweeps.maps.description import MapDescription
 from sweeps.maps.selection import Place, format_value
 from sweeps.maps.summary import Deviation, Summary, comparison_rule, format_share
-from sweeps.schema.datasets import along
+from sweeps.schema.datasets import along, flags
 from sweeps.schema.refusals import cut_text
 from sweeps.schema.variables import POINT
 from sweeps.systems.presentation.appearance import Appearance
@@ -167,7 +167,7 @@ def draw_map(
     if panel_dim and not np.ptp(values.values, axis=values.dims.index(panel_dim)).any():
         values, names, num_panels = values.isel({panel_dim: 0}), [f"{names[0]} … {ds[panel_dim].values[-1]}"], 1
     panel_width = max(MIN_PANEL_WIDTH, (width - plane.label_width() - 2 * (num_panels - 1)) // num_panels)
-    appearance, meanings = description.presentation.appearance, description.variables[flag].flags
+    appearance, meanings = description.presentation.appearance, flags(description.variables[flag])
     glyphs = _flag_glyphs(meanings, appearance)
     panels = []
     for number in range(num_panels):

@@ -6,7 +6,7 @@ from maps import BODIES, DEFINITION, TOP
 import sweeps
 from sweeps import systems
 from sweeps.maps import storage, summary, verify
-from sweeps.maps.description import describe_map
+from sweeps.maps.description import MapDescription
 from sweeps.maps.selection import nearest_places
 from sweeps.schema.datasets import dimensions
 from sweeps.schema.iteration import blocks
@@ -92,7 +92,7 @@ def test_show_and_report_say_the_same_of_one_map(ds):
     bad["status"][0, 0, 0, 0, 0, 0] = 2
     bad["omega_squared"][0, 0, 0, 0, 0, 0] *= 1.5
     by_show = summary.summarise(bad)
-    by_report, _, _ = report_columns.read_columns(bad, describe_map(bad))
+    by_report, _, _ = report_columns.read_columns(bad, MapDescription(bad))
     pair = ("omega_squared_theory", "omega_squared")
     assert by_show.deviations[pair].worst == by_report.deviations[pair].worst
     assert by_show.deviations[pair].worst.value < 1e-2
@@ -107,12 +107,12 @@ def test_flat_bodies_exist():
 
 
 def test_a_map_without_regimes_leads_with_what_it_has():
-    assert describe_map(sweeps.survey(TOP)).leading_flag == "sense"
+    assert MapDescription(sweeps.survey(TOP)).leading_flag == "sense"
 
 
 def test_characters_are_the_regimes(ds):
     places = nearest_places(ds, {"omega0": "1", "epsilon": "1e-6"})
-    text_map = textmap.draw_map(ds, describe_map(ds), {dim: places[dim] for dim in ("omega0", "epsilon")})
+    text_map = textmap.draw_map(ds, MapDescription(ds), {dim: places[dim] for dim in ("omega0", "epsilon")})
     assert (text_map.x, text_map.y, [panel.title for panel in text_map.panels]) == (
         "I1",
         "I2",
@@ -132,7 +132,7 @@ def test_a_narrow_terminal_gets_a_thinner_map_with_both_ends():
         {"grid": {"I1": {"start": 0.5, "stop": 1.5, "num": 201}, "I2": [0.9, 1.1], "I3": 1.0, "omega0": 1.0}}
     )
     for width in (40, 80, 200):
-        text_map = textmap.draw_map(ds, describe_map(ds), {}, width)
+        text_map = textmap.draw_map(ds, MapDescription(ds), {}, width)
         line = "  ".join(panel.rows[0][1] for panel in text_map.panels)
         assert len(line) + len(text_map.panels[0].rows[0][0]) + 1 <= width
         assert text_map.panels[0].ends == ("0.5", "1.5")
@@ -141,8 +141,8 @@ def test_a_narrow_terminal_gets_a_thinner_map_with_both_ends():
 def test_equal_panels_are_one(ds):
     equal_map = ds.assign(regime=(ds.regime.dims, ds.regime.isel(axis=[1, 1, 1]).values, ds.regime.attrs))
     equal_panels, all_panels = (
-        textmap.draw_map(equal_map, describe_map(equal_map), {}),
-        textmap.draw_map(ds, describe_map(ds), {}),
+        textmap.draw_map(equal_map, MapDescription(equal_map), {}),
+        textmap.draw_map(ds, MapDescription(ds), {}),
     )
     assert [panel.title for panel in equal_panels.panels] == ["axis 1 … 3"]
     assert equal_panels.panels[0].rows == all_panels.panels[1].rows

@@ -15,7 +15,7 @@ from report_pages import HOSTILE, PLANE, data_of, hostile, write_report
 import sweeps
 from sweeps import systems
 from sweeps.maps import summary as maps_summary
-from sweeps.maps.description import describe_map
+from sweeps.maps.description import MapDescription
 from sweeps.systems.presentation.moving import equations
 from sweeps.systems.uncertain_bodies.presentation import page as drawn
 from sweeps.views import plotly, report, report_columns
@@ -23,7 +23,7 @@ from sweeps.views import plotly, report, report_columns
 
 def gather_columns(ds):
     """The totals of a map, its columns, and the indices kept along each dimension."""
-    return report_columns.read_columns(ds, describe_map(ds))
+    return report_columns.read_columns(ds, MapDescription(ds))
 
 
 def unpack(column, ds, indices_of):
@@ -43,7 +43,7 @@ def unpack(column, ds, indices_of):
 def test_packed_columns_hold_the_map(plane, bits, tolerance):
     """3e-11: laws are believed to 1e-11 each, along at most three dimensions; else half a unit of the last bit."""
     _, columns, indices = gather_columns(plane)
-    for column in report_columns.scaling_laws(describe_map(plane), columns, indices):
+    for column in report_columns.scaling_laws(MapDescription(plane), columns, indices):
         numbers = unpack(report_columns.pack_column(column, bits), plane, indices)
         np.testing.assert_allclose(numbers, plane[column.name].values, rtol=tolerance + 1e-11, err_msg=column.name)
 
@@ -51,7 +51,9 @@ def test_packed_columns_hold_the_map(plane, bits, tolerance):
 def test_scaling_laws_are_those_of_the_physics(plane):
     """The rate's square goes as the spin rate's square, a time as its inverse; the triangle depends on no axis."""
     _, columns, indices = gather_columns(plane)
-    laws = {column.name: column.powers for column in report_columns.scaling_laws(describe_map(plane), columns, indices)}
+    laws = {
+        column.name: column.powers for column in report_columns.scaling_laws(MapDescription(plane), columns, indices)
+    }
     assert laws["omega_squared"]["omega0"] == -2
     assert laws["window_end"]["omega0"] == 1
     assert laws["triangle_margin"] == {"axis": 0, "omega0": 0}
