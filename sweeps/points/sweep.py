@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from sweeps.points.scattered import POINT, OnDemand, SampledPoints
 from sweeps.schema.definition import MAX_SHARDS, Definition
 from sweeps.schema.parameters import SPELLED_OUT, Range, spread
 from sweeps.schema.variables import Variable
-
-if TYPE_CHECKING:
-    from sweeps.points.tables import Table
 
 Axis = Range | np.ndarray | OnDemand  # values along a dimension
 
@@ -64,27 +61,32 @@ class DerivedParameters:
         return coordinates
 
 
-@dataclass(frozen=True)
 class Grid:
     """The points of a sweep; its system defines their dimensions and the order of these, those of length one too."""
 
-    definition: Definition
-    system: systems.Dynamics
+    def __init__(self, definition: Definition, system: systems.Dynamics):
+        self.definition, self.system = definition, system
+        #: the points along `point`; None if all dimensions are the system's own
+        self.point_rows = SampledPoints(definition) if definition.sample is not None else definition.rows
+        self.derived_parameters = DerivedParameters(definition)  #: parameters that follow from a pair of ratios
+        self._along = self._axes()
+        self.dims = tuple(self._along)  #: names of the dimensions, in storage order
+        #: length of each dimension
+        self.shape = tuple(v.num if isinstance(v, Range) else v.size for v in self._along.values())
+        self.size = math.prod(self.shape)  #: number of points
+        #: dimension that variables have at every point → the values along it
+        self.extra_dimensions = system.extra_dimensions(definition)
+        self.arguments = system.arguments(definition)  #: names of the coordinates that a point consists of
 
-    @cached_property
-    def dims(self) -> tuple[str, ...]:
-        """Names of the dimensions, in storage order."""
-        return tuple(self._along)
-
-    @cached_property
-    def shape(self) -> tuple[int, ...]:
-        """Length of each dimension."""
-        return tuple(v.num if isinstance(v, Range) else v.size for v in self._along.values())
-
-    @cached_property
-    def size(self) -> int:
-        """Number of points."""
-        return math.prod(self.shape)
+    def _axes(self) -> "dict[str, Axis]":
+        """Return dimension → values, with long ranges and numbers of points computed on demand."""
+        own_axes = self.derived_parameters.dimensions(self.system.dimensions(self.definition))
+        # longer axes are computed when they are read
+        dimensions: dict[str, Axis] = {dim: _expand_range(v, SPELLED_OUT) for dim, v in own_axes.items()}
+        if self.point_rows is None:
+            return dimensions
+        numbers = OnDemand((self.point_rows.num,), "i8", lambda part: np.arange(part.start + 1, part.stop + 1))
+        return {POINT: numbers} | {dim: v for dim, v in dimensions.items() if dim not in self.point_rows.names}
 
     @cached_property
     def coordinates(self) -> dict[str, np.ndarray | OnDemand]:
@@ -101,37 +103,6 @@ class Grid:
         if point_names := getattr(self.point_rows, "point_names", ()):
             coordinates["name"] = (POINT,), np.array(point_names)
         return coordinates | {name: ((POINT,), values) for name, values in columns.items()} | follows
-
-    @cached_property
-    def derived_parameters(self) -> DerivedParameters:
-        """The parameters that follow from a pair of ratios."""
-        return DerivedParameters(self.definition)
-
-    @cached_property
-    def point_rows(self) -> "SampledPoints | Table | None":
-        """The points along `point`; None if all dimensions are the system's own."""
-        return SampledPoints(self.definition) if self.definition.sample is not None else self.definition.rows
-
-    @cached_property
-    def extra_dimensions(self) -> dict[str, np.ndarray]:
-        """Dimension that variables have at every point → the values along it."""
-        return self.system.extra_dimensions(self.definition)
-
-    @cached_property
-    def arguments(self) -> tuple[str, ...]:
-        """Names of the coordinates that a point consists of."""
-        return self.system.arguments(self.definition)
-
-    @cached_property
-    def _along(self) -> "dict[str, Axis]":
-        """Return dimension → values, with long ranges and numbers of points computed on demand."""
-        own_axes = self.derived_parameters.dimensions(self.system.dimensions(self.definition))
-        # longer axes are computed when they are read
-        dimensions: dict[str, Axis] = {dim: _expand_range(v, SPELLED_OUT) for dim, v in own_axes.items()}
-        if self.point_rows is None:
-            return dimensions
-        numbers = OnDemand((self.point_rows.num,), "i8", lambda part: np.arange(part.start + 1, part.stop + 1))
-        return {POINT: numbers} | {dim: v for dim, v in dimensions.items() if dim not in self.point_rows.names}
 
     def points(self, start: int, stop: int) -> dict[str, np.ndarray]:
         """Return each of `arguments` → its values (SI units) at the points start … stop − 1, shape (stop − start,)."""
