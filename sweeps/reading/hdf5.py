@@ -66,12 +66,12 @@ def read_structure(file: FileBytes) -> Structure:
         MapError: if the child refuses the file, takes too long, or fails.
     """
     _check_superblock(file)
-    answer = sandbox.run_in_child(partial(_structure_or_refusal, file), file.size)
-    if answer is None:
-        problem = "cannot be read as netCDF (it is damaged: reading it took too long or failed)"
-        raise MapError(f"{file.name}: {problem}; allowed: {ALLOWED}")
-    if "refused" in answer:
-        raise MapError(f"{file.name}: {answer['refused']}")
+    try:
+        answer = sandbox.run_in_child(partial(_structure, file), file.size)
+    except sandbox.ChildError as error:
+        damage = f"it is damaged: {error if str(error) else 'reading it took too long or failed'}"
+        problem = error if error.is_refusal else f"cannot be read as netCDF ({damage}); allowed: {ALLOWED}"
+        raise MapError(f"{file.name}: {problem}") from None
     variables = {name: _to_variable(file, name, facts) for name, facts in answer["variables"].items()}
     return Structure(answer["attributes"], variables)
 
@@ -131,34 +131,24 @@ def _check_places(path: str, name: str, variable: StoredVariable, size: int) -> 
 # -- the child
 
 
-class _RefusedError(Exception):
-    """The reason for refusing a file."""
-
-
-def _structure_or_refusal(open_file: FileBytes) -> dict:
-    """Return attributes and variables of an HDF5 file as plain values, or the reason for its refusal."""
-    try:
-        with h5py.File(open_file, "r") as file:
-            return {"attributes": _attributes(file, ""), "variables": _variables(file)}
-    except _RefusedError as refused:
-        return {"refused": str(refused)}
-    except Exception as error:
-        reason = "".join(c if c.isprintable() else " " for c in str(error))[:200]
-        return {"refused": f"cannot be read as netCDF (it is damaged: {reason}); allowed: {ALLOWED}"}
+def _structure(open_file: FileBytes) -> dict:
+    """Return attributes and variables of an HDF5 file as plain values."""
+    with h5py.File(open_file, "r") as file:
+        return {"attributes": _attributes(file, ""), "variables": _variables(file)}
 
 
 def _variables(file: h5py.File) -> dict[str, dict]:
     """Return name → facts of each dataset of the root group; refuse links, groups and too many objects."""
     links = file.id.links
     if len(file.id) > MAX_OBJECTS:
-        raise _RefusedError(f"holds {len(file.id):,} objects; allowed: at most {MAX_OBJECTS:,}")
+        raise MapError(f"holds {len(file.id):,} objects; allowed: at most {MAX_OBJECTS:,}")
     datasets = {}
     for link in file.id:
         name = _text(link)
         if not (name.isprintable() and 0 < len(name) <= 256):
-            raise _RefusedError(f"{name[:60]!r}: is no name; allowed: printable text")
+            raise MapError(f"{name[:60]!r}: is no name; allowed: printable text")
         if links.get_info(link).type != h5py.h5l.TYPE_HARD:
-            raise _RefusedError(f"{name}: is a link to somewhere else; allowed: variables inside the file")
+            raise MapError(f"{name}: is a link to somewhere else; allowed: variables inside the file")
         entry = h5py.h5o.open(file.id, link)
         if isinstance(entry, h5py.h5d.DatasetID):
             datasets[name] = h5py.Dataset(entry)
@@ -182,7 +172,7 @@ def _variable_facts(name: str, dataset: h5py.Dataset, dim_numbers: dict, attribu
     """Return shape, type, dimensions, texts and places in the file of one dataset."""
     shape = dataset.shape
     if shape is None or dataset.id.rank > 32:
-        raise _RefusedError(f"{name}: has no shape; allowed: {ALLOWED}")
+        raise MapError(f"{name}: has no shape; allowed: {ALLOWED}")
     dtype = _type(dataset)
     facts = {"shape": shape, "dtype": dtype, "attributes": attributes, "texts": [], "places": []}
     facts |= {"dims": _dims(dataset, dim_numbers, attributes), "chunk": None, "filters": []}
@@ -191,7 +181,7 @@ def _variable_facts(name: str, dataset: h5py.Dataset, dim_numbers: dict, attribu
     if dtype:
         layout = (properties := dataset.id.get_create_plist()).get_layout()
         if layout == h5py.h5d.VIRTUAL or (layout == h5py.h5d.CONTIGUOUS and properties.get_external_count()):
-            raise _RefusedError(f"{name}: lies in other files; allowed: values inside the file")
+            raise MapError(f"{name}: lies in other files; allowed: values inside the file")
     if dtype == "str":
         return facts | {"texts": _texts(name, dataset)}
     return facts | (_places(name, dataset) if dtype else {})
@@ -228,10 +218,10 @@ def _texts(name: str, dataset: h5py.Dataset) -> list[str]:
     """Return the texts of a dataset; refuse too many or too long ones."""
     size = math.prod(dataset.shape)
     if size > MAX_NAMES:
-        raise _RefusedError(f"{name}: declares {size:,} texts; allowed: at most {MAX_NAMES:,}")
+        raise MapError(f"{name}: declares {size:,} texts; allowed: at most {MAX_NAMES:,}")
     values = [_text(value) for value in np.asarray(dataset[()], dtype=object).reshape(-1).tolist()]
     if sum(map(len, values)) > MAX_NAMES_BYTES:
-        raise _RefusedError(f"{name}: holds too much text; allowed: at most {MAX_NAMES_BYTES:,} characters")
+        raise MapError(f"{name}: holds too much text; allowed: at most {MAX_NAMES_BYTES:,} characters")
     return values
 
 
@@ -243,13 +233,13 @@ def _places(name: str, dataset: h5py.Dataset) -> dict:
         address, size = dataset.id.get_offset(), dataset.id.get_storage_size()
         return {"places": [[0, address, size]] if address is not None else []}
     if layout != h5py.h5d.CHUNKED:
-        raise _RefusedError(f"{name}: is stored in an unknown way; allowed: {ALLOWED}")
+        raise MapError(f"{name}: is stored in an unknown way; allowed: {ALLOWED}")
     filters = [properties.get_filter(k)[0] for k in range(properties.get_nfilters())]
     if len(set(filters)) < len(filters) or not {DEFLATE, SHUFFLE, FLETCHER}.issuperset(filters):
-        raise _RefusedError(f"{name}: is stored by filters {filters}; allowed: shuffle, deflate, fletcher32, once each")
+        raise MapError(f"{name}: is stored by filters {filters}; allowed: shuffle, deflate, fletcher32, once each")
     chunk = properties.get_chunk()
     if math.prod(chunk) * dataset.dtype.itemsize > MAX_CHUNK_BYTES:
-        raise _RefusedError(f"{name}: has chunks of {math.prod(chunk):,} values; allowed: {MAX_CHUNK_BYTES:,} bytes")
+        raise MapError(f"{name}: has chunks of {math.prod(chunk):,} values; allowed: {MAX_CHUNK_BYTES:,} bytes")
     places = []
     dataset.id.chunk_iter(lambda c: places.append([*c.chunk_offset, c.filter_mask, c.byte_offset, c.size]))
     return {"places": places, "chunk": chunk, "filters": filters}
@@ -262,7 +252,7 @@ def _attributes(holder: Any, where: str) -> dict[str, Any]:
     """Return name → value of the attributes of a file or a dataset that readers need."""
     number = h5py.h5a.get_num_attrs(holder.id)
     if number > MAX_ATTRIBUTES:
-        raise _RefusedError(f"{where}: has {number:,} attributes; allowed: at most {MAX_ATTRIBUTES}")
+        raise MapError(f"{where}: has {number:,} attributes; allowed: at most {MAX_ATTRIBUTES}")
     values = {}
     for k in range(number):
         attribute = h5py.h5a.open(holder.id, index=k)
@@ -277,7 +267,7 @@ def _attribute(attribute: h5py.h5a.AttrID, where: str) -> Any:
     """Return an attribute's text; numbers as a list; "" for further types."""
     size = attribute.get_storage_size()
     if size > MAX_FILE_BYTES:
-        raise _RefusedError(f"{where}: takes {size:,} bytes; allowed: at most {MAX_FILE_BYTES:,}")
+        raise MapError(f"{where}: takes {size:,} bytes; allowed: at most {MAX_FILE_BYTES:,}")
     kind = attribute.get_type()
     shape, dtype = attribute.shape, getattr(kind, "dtype", None)
     if isinstance(kind, h5py.h5t.TypeStringID):

@@ -66,12 +66,10 @@ def _read_open_file(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
     seconds = sandbox.MAX_SECONDS + file.size * SECONDS_PER_BYTE
     memory = sandbox.MAX_BYTES + file.size * MEMORY_FACTOR
     try:
-        reason, *arrays = sandbox.parts_from_child(partial(_parse_mesh, file), seconds, memory)
-    except sandbox.ChildError:
-        reason, arrays = b"it is damaged, or takes too much time or memory", []
-    if not arrays:
-        text = "".join(sign if sign.isprintable() else " " for sign in reason.decode("utf-8", "replace")[:100])
-        raise MeshError(f"cannot be read as a mesh ({text})")
+        arrays = [*sandbox.parts_from_child(partial(_parse_mesh, file), seconds, memory)]
+    except sandbox.ChildError as error:
+        reason = str(error) or "it is damaged, or takes too much time or memory"
+        raise MeshError(f"cannot be read as a mesh ({reason})") from None
     vertices = np.frombuffer(arrays[0], "f8").reshape(-1, 3).copy()
     faces = np.frombuffer(arrays[1], "i8").reshape(-1, 3).copy()
     if len(faces) < 4 or not np.abs(vertices).max() <= MAX_COORDINATE:  # NaN is not
@@ -81,29 +79,24 @@ def _read_open_file(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
 
 
 def _parse_mesh(file: FileBytes):
-    """Return an empty part, vertices and faces, or one part, why there are none; runs in the child."""
+    """Return vertices and faces; runs in the child."""
     import trimesh
 
-    try:
-        file.seek(0)
-        with np.errstate(all="ignore"):
-            kind = Path(file.path).suffix.lower()
-            if kind in TABLES:
-                kind = ".obj" if file.read(2**16).lstrip()[:2] in (b"v ", b"v\t", b"# ", b"o ", b"g ") else kind
-                file.seek(0)
-            if kind in TABLES:
-                vertices, faces = _parse_table(file.read())
-            else:  # a stream has no path, so trimesh opens no texture or material that the file names
-                mesh = trimesh.load_mesh(file, file_type=kind[1:], skip_materials=True, process=False)
-                vertices, faces = np.array(mesh.vertices, "f8"), np.array(mesh.faces, "i8")
-                if kind == ".dae":  # which states its unit of length
-                    vertices *= trimesh.units.unit_conversion(mesh.units or "", "meters")
-            vertices, faces = _join_equal(vertices, faces)
-        return [b"", vertices.tobytes(), faces.tobytes()]
-    except MemoryError:
-        raise
-    except Exception as error:  # its readers let errors of every class through
-        return [str(error).encode("utf-8", "replace") or type(error).__name__.encode()]
+    file.seek(0)
+    with np.errstate(all="ignore"):
+        kind = Path(file.path).suffix.lower()
+        if kind in TABLES:
+            kind = ".obj" if file.read(2**16).lstrip()[:2] in (b"v ", b"v\t", b"# ", b"o ", b"g ") else kind
+            file.seek(0)
+        if kind in TABLES:
+            vertices, faces = _parse_table(file.read())
+        else:  # a stream has no path, so trimesh opens no texture or material that the file names
+            mesh = trimesh.load_mesh(file, file_type=kind[1:], skip_materials=True, process=False)
+            vertices, faces = np.array(mesh.vertices, "f8"), np.array(mesh.faces, "i8")
+            if kind == ".dae":  # which states its unit of length
+                vertices *= trimesh.units.unit_conversion(mesh.units or "", "meters")
+        vertices, faces = _join_equal(vertices, faces)
+    return [vertices.tobytes(), faces.tobytes()]
 
 
 def _parse_table(content: bytes) -> tuple[np.ndarray, np.ndarray]:

@@ -83,23 +83,22 @@ def read_links(path: str | Path, name: str | None = None) -> list[Link]:
 
 def _read_xml(path: str | Path) -> Element:
     """Return the root of an XML file, parsed in a child process."""
-    answer: dict[str, Any] = {"refused": "is too large, or takes too much time"}
     try:
         with FileBytes(path) as file:
-            if file.size <= MAX_ROBOT_BYTES:
-                answer = sandbox.run_in_child(partial(_parse_xml, file), file.size) or answer
-    except (OSError, MapError) as error:
-        answer = {"refused": getattr(error, "strerror", None) or str(error)}
-    if "refused" in answer:
-        raise UnreadableError(("(file)",), "", answer["refused"], FORMATS)
+            if file.size > MAX_ROBOT_BYTES:
+                raise sandbox.ChildError
+            calls = sandbox.run_in_child(partial(_parse_xml, file), file.size)["calls"]
+    except (OSError, MapError, sandbox.ChildError) as error:
+        reason = getattr(error, "strerror", None) or str(error) or "is too large, or takes too much time"
+        raise UnreadableError(("(file)",), "", reason, FORMATS) from None
     builder = TreeBuilder()
-    for method, *arguments in answer["calls"]:
+    for method, *arguments in calls:
         getattr(builder, method)(*arguments)
     return builder.close()
 
 
 def _parse_xml(file: FileBytes) -> dict:
-    """Return calls of a `TreeBuilder` that make the document, or why it is refused; runs in the child.
+    """Return calls of a `TreeBuilder` that make the document; runs in the child.
 
     Prefixes are a part of names; a document type is refused.
     """
@@ -115,10 +114,8 @@ def _parse_xml(file: FileBytes) -> dict:
     parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
     try:
         parser.Parse(file.read_at(0, file.size), True)
-    except ValueError as error:
-        return {"refused": str(error)}
     except expat.ExpatError as error:
-        return {"refused": f"is no XML document ({error})"}
+        raise ValueError(f"is no XML document ({error})") from None
     return {"calls": calls}
 
 

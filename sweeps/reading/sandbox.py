@@ -2,7 +2,7 @@
 
 Libraries for binary formats were not made for files that mean harm, or that a disk has damaged: some bring them down,
 keep them busy for ever, or link to files elsewhere, which they open. The child inherits the open file, and may open no
-further file or socket. If it dies, the caller gets None or a `ChildError`.
+further file or socket. If it refuses the file, fails or dies, the caller gets a `ChildError`.
 """
 
 import codecs
@@ -18,11 +18,16 @@ import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import astuple
 from functools import partial
 from importlib import import_module
+from typing import Any
+
+from sweeps.schema.refusals import RefusedError, UnreadableError
 
 MAX_ANSWER_BYTES = 2**28  # bytes of a part of an answer
 MAX_BYTES = 2**29  # memory of a reader
+MAX_REASON = 200  # characters of the text of a library's error
 MAX_SECONDS = 8.0  # processor time of a reader, s; a gibibyte of the file adds one second
 PATIENCE = 60.0  # s between two parts of an answer, enough for a slow disk
 FORKS = sys.platform == "linux"  # elsewhere a fork does not bear the threads of a parent
@@ -33,19 +38,25 @@ _END = b"\xff" * 8  # end of an answer, in place of a part's length
 
 
 class ChildError(Exception):
-    """The child died, or took too long or too much."""
+    """The error by which a child ended, as text; "" for a child that died, or took too long or too much."""
+
+    def __init__(self, reason: str = "", is_refusal: bool = False):
+        super().__init__(reason)
+        self.is_refusal = is_refusal  #: True if the child raised a `RefusedError`
 
 
-def run_in_child(work: Callable[[], dict], size: int) -> dict | None:
-    """Return what a function returns in a child process; None where the child died, or took too long or too much.
+def run_in_child(work: Callable[[], dict], size: int) -> dict:
+    """Return what a function returns in a child process, a value of JSON's types; it reads a file of so many bytes."""
+    (answer,) = parts_from_child(partial(_as_json, work), MAX_SECONDS + size / 2**30)
+    return _from_json(answer)
 
-    It returns a value of JSON's types, and reads a file of so many bytes.
-    """
+
+def _from_json(content: bytes) -> Any:
+    """Return the value of JSON text, which a child whose memory the file has overwritten may not have written."""
     try:
-        (answer,) = parts_from_child(partial(_as_json, work), MAX_SECONDS + size / 2**30)
-        return json.loads(answer)
-    except (ChildError, ValueError):
-        return None
+        return json.loads(content)
+    except ValueError:
+        raise ChildError from None
 
 
 def _as_json(work: Callable[[], dict]) -> Iterator[bytes]:
@@ -62,6 +73,10 @@ def parts_from_child(
         seconds: processor time of the child, s.
         memory: bytes of memory that it may use; left out, `MAX_BYTES`; infinite if it may also open files, a user's own
             program, and its time alone is bounded.
+
+    Raises:
+        UnreadableError: that of the child.
+        ChildError: for every other end without an answer.
     """
     reading, writing = os.pipe()
     # blocked: what Ctrl-C raises as a fork begins or ends, Python reports and forgets
@@ -75,6 +90,12 @@ def parts_from_child(
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
             while (head := _read_bytes(reading, 8)) != _END:
                 yield _read_bytes(reading, int.from_bytes(head, "little"))
+            size = int.from_bytes(_read_bytes(reading, 8), "little")
+            reason, *details = _from_json(_read_bytes(reading, size))
+            if reason == "unreadable":
+                raise UnreadableError(tuple(details[0]), *details[1:])
+            if reason:
+                raise ChildError(*details)
         finally:
             os.close(reading)
             _end_child(child)
@@ -137,12 +158,32 @@ def _work_and_end(
             import_module(name)
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # messages of the C library when it crashes
         _limit_all(*bounds)
-        for part in work():
-            _write_bytes(writing, len(part).to_bytes(8, "little"))
-            _write_bytes(writing, part)
+        reason = _write_parts(work, writing)
         _write_bytes(writing, _END)
+        _write_part(writing, json.dumps(reason).encode())
     finally:
         os._exit(0)
+
+
+def _write_parts(work: Callable[[], Iterable[bytes]], writing: int) -> list:
+    """Write the parts of an answer; return the error that ended it: its kind, "" without one, and its contents."""
+    try:
+        for part in work():
+            _write_part(writing, part)
+    except UnreadableError as refused:
+        return ["unreadable", *astuple(refused.problem)]
+    except MemoryError:
+        raise
+    except Exception as error:  # libraries let errors of every class through
+        is_refusal = isinstance(error, RefusedError)
+        text = str(error)[: None if is_refusal else MAX_REASON] or type(error).__name__
+        return ["failed", "".join(c if c.isprintable() else " " for c in text), is_refusal]
+    return [""]
+
+
+def _write_part(writing: int, content: bytes) -> None:
+    _write_bytes(writing, len(content).to_bytes(8, "little"))
+    _write_bytes(writing, content)
 
 
 def _write_bytes(writing: int, content: bytes) -> None:

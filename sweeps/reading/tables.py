@@ -5,11 +5,9 @@ numbers lie, as of a map.
 """
 
 import csv
-import json
 import re
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import astuple
 from functools import partial
 from io import BytesIO
 
@@ -104,10 +102,11 @@ class Source:
         Raises:
             UnreadableError: if the column cannot be read.
         """
-        answer = sandbox.run_in_child(partial(self._names_as_answer, place), self._file.size)
-        if answer is None:
-            raise refusal(self.headings[place][0], display(self.name), "cannot be read as text", "a text in every row")
-        texts = answer["names"]
+        try:
+            texts = sandbox.run_in_child(partial(self._names_as_answer, place), self._file.size)["names"]
+        except sandbox.ChildError:
+            reason, allowed = "cannot be read as text", "a text in every row"
+            raise refusal(self.headings[place][0], display(self.name), reason, allowed) from None
         return None if len(texts) > MAX_NAMES else [_printable(text)[:MAX_NAME_LENGTH] for text in texts]
 
     def _names_as_answer(self, place: int) -> dict:
@@ -137,28 +136,18 @@ def rows_in_child(source: Source, places: Sequence[int]) -> Iterator[np.ndarray]
     """Yield the parts of `source.read_rows`, which runs in a child process."""
     seconds = sandbox.MAX_SECONDS + source._file.size * SECONDS_PER_BYTE
     try:
-        for block in sandbox.parts_from_child(partial(_encode_answers, source, places), seconds):
-            if block[:1] == b"r":
-                where, *words = json.loads(block[1:])
-                raise UnreadableError(tuple(where), *words)
-            yield np.frombuffer(block, "<f8", offset=8).reshape(-1, len(places)).copy()
-    except sandbox.ChildError:
-        problem = "cannot be read (it is damaged, or takes too much time or memory)"
+        for block in sandbox.parts_from_child(partial(_encode_rows, source, places), seconds):
+            yield np.frombuffer(block, "<f8").reshape(-1, len(places)).copy()
+    except sandbox.ChildError as error:
+        problem = f"is damaged ({error})"
+        problem = problem if str(error) else "cannot be read (it is damaged, or takes too much time or memory)"
         raise refusal("", display(source.name), problem, "a whole table") from None
 
 
-def _encode_answers(source: Source, places: Sequence[int]) -> Iterator[bytes]:
-    """Yield rows, each part behind eight bytes, or a refusal; runs in the child."""
-    try:
-        for block in source.read_rows(places):
-            yield bytes(8) + np.ascontiguousarray(block, "<f8").tobytes()
-    except UnreadableError as refused:
-        yield b"r" + json.dumps(astuple(refused.problem)).encode()
-    except MemoryError:
-        raise
-    except Exception as error:
-        problem = f"is damaged ({_printable(error)})"
-        yield b"r" + json.dumps([("table",), display(source.name), problem, "a whole table"]).encode()
+def _encode_rows(source: Source, places: Sequence[int]) -> Iterator[bytes]:
+    """Yield rows as bytes; runs in the child."""
+    for block in source.read_rows(places):
+        yield np.ascontiguousarray(block, "<f8").tobytes()
 
 
 def _printable(value: object) -> str:
@@ -305,10 +294,11 @@ class _Parquet(Source):
         except ImportError:
             problem, allowed = "needs pyarrow, which is not here", "pip install -e '.[table]'"
             raise refusal("", display(self.name), problem, allowed) from None
-        answer = sandbox.run_in_child(self._read_schema, file.size)
-        if answer is None or "refused" in answer:
-            reason = answer["refused"] if answer else "reading it failed, or took too much"
-            raise refusal("", display(self.name), "is no Parquet file", reason)
+        try:
+            answer = sandbox.run_in_child(self._read_schema, file.size)
+        except sandbox.ChildError as error:
+            reason = str(error) or "reading it failed, or took too much"
+            raise refusal("", display(self.name), "is no Parquet file", reason) from None
         self.headings = [heading(name) for name in answer["names"]]
         self.texts = {k for k, kind in enumerate(answer["kinds"]) if kind and (self._other_types or "string" in kind)}
         self.single = set(answer["single"])
@@ -328,15 +318,12 @@ class _Parquet(Source):
         """Return names, types that are no numbers (else ""), and the number of rows; runs in the child."""
         from pyarrow import types
 
-        try:
-            parquet_file = self._open_parquet()
-            schema = parquet_file.schema_arrow
-            kinds = ["" if types.is_floating(f.type) or types.is_integer(f.type) else str(f.type) for f in schema]
-            single = [k for k, f in enumerate(schema) if types.is_float32(f.type)]
-            rows = parquet_file.metadata.num_rows
-            return {"names": list(schema.names), "kinds": kinds, "single": single, "rows": rows}
-        except Exception as error:
-            return {"refused": _printable(error)}
+        parquet_file = self._open_parquet()
+        schema = parquet_file.schema_arrow
+        kinds = ["" if types.is_floating(f.type) or types.is_integer(f.type) else str(f.type) for f in schema]
+        single = [k for k, f in enumerate(schema) if types.is_float32(f.type)]
+        rows = parquet_file.metadata.num_rows
+        return {"names": list(schema.names), "kinds": kinds, "single": single, "rows": rows}
 
     def row_blocks(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Yield the rows; see `Source`."""

@@ -102,7 +102,7 @@ ENDS = {
 
 @pytest.mark.parametrize("how", repeated.but([*ENDS][:4], ENDS))
 def test_a_library_that_comes_down_is_a_refusal(path, monkeypatch, how, capfd):
-    monkeypatch.setattr(hdf5, "_structure_or_refusal", ENDS[how])
+    monkeypatch.setattr(hdf5, "_structure", ENDS[how])
     monkeypatch.setattr(sandbox, "MAX_SECONDS", 0.5)
     monkeypatch.setattr(sandbox, "PATIENCE", 0.2 if how == "sleeps" else 60.0)
     with pytest.raises(MapError, match="cannot be read as netCDF"):
@@ -302,7 +302,7 @@ def test_only_files_are_written_in_the_place_of_files(path, tmp_path, capsys):
 def test_a_value_that_lies_beyond_all_files_is_refused(tmp_path, monkeypatch):
     path = write(tmp_path, DEFINITION)
     file = files.FileBytes(path)
-    structure = sandbox.run_in_child(lambda: hdf5._structure_or_refusal(file), file.size)
+    structure = sandbox.run_in_child(lambda: hdf5._structure(file), file.size)
     structure["variables"]["status"]["places"][0][-1] = 2**64
     monkeypatch.setattr(sandbox, "run_in_child", lambda *_: structure)
     with pytest.raises(MapError, match="lies where no file reaches"):

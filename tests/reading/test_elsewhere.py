@@ -109,7 +109,8 @@ def test_a_reader_in_a_child_can_reach_nothing_else(tmp_path, monkeypatch, what,
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sandbox, "FORKS", forks)
     if forks:
-        assert sandbox.run_in_child(lambda: {"done": str(ATTEMPTS[what]())}, 1) is None
+        with pytest.raises(sandbox.ChildError):
+            sandbox.run_in_child(lambda: {"done": str(ATTEMPTS[what]())}, 1)
     assert not list(tmp_path.iterdir())
 
 

@@ -3,6 +3,8 @@
 import mmap
 import resource
 
+import pytest
+
 from sweeps.reading import sandbox
 
 
@@ -26,4 +28,5 @@ def test_a_look_has_room_beside_what_its_parent_has_mapped():
     """Mapped is more than used: the child's limit counts from the former."""
     with mmap.mmap(-1, 2**31):
         assert sandbox.run_in_child(lambda: {"taken": len(bytearray(2**27))}, 0) == {"taken": 2**27}
-    assert sandbox.run_in_child(lambda: {"taken": len(bytearray(2**30))}, 0) is None
+    with pytest.raises(sandbox.ChildError, match=r"^$"):
+        sandbox.run_in_child(lambda: {"taken": len(bytearray(2**30))}, 0)
