@@ -17,8 +17,6 @@ from toy_package import write_metadata
 
 import sweeps
 from sweeps import systems
-from sweeps.__main__ import main
-from sweeps.maps import verify
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -91,21 +89,6 @@ def test_a_new_measured_column(toy):
     ds = sweeps.survey("my.yaml")
     assert abs(ds.half_life / (ds.tau * 0.6931471805599453) - 1).max() < 1e-6  # h = 1/64: h^4 = 6e-8
     assert ds.half_life.attrs["units"] == "s"
-
-
-@pytest.mark.slow
-def test_another_integrator(toy):
-    (code,) = blocks("Recipe: another integrator")
-    before = sweeps.survey("my.yaml").stray.max()
-    for name in [name for name in sys.modules if name.startswith("damped_top")]:
-        del sys.modules[name]
-    systems.forget_external()
-    old = re.search(r"def integrate\(.*?\n\n\n", toy.read_text(encoding="utf-8"), re.DOTALL)[0]
-    change(toy, old, f"{code}\n\n")
-    assert main(["run", "my.yaml"]) == 0
-    ds = sweeps.open_map("results/my")
-    assert 0 < ds.stray.max() < before / 3  # of order four as well; its error constant is 1/720 in place of 1/120
-    assert not [check for check in verify.verify(Path("results/my"), points=20) if check.findings]
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,7 @@
 """Definitions that mean harm: words and exit status 2, or a map inside results/; never a traceback, never a shell."""
 
 import json
+import os
 import resource
 import subprocess
 import sys
@@ -226,8 +227,13 @@ def test_odd_names_that_are_allowed_work(folder, name, capsys):
         assert [path.name for path in (folder / "results").iterdir()] == [name]
 
 
-@pytest.mark.parametrize("source", ["/dev/zero", "/dev/stdin", "/proc/self/mem", "/", ".", "\0", "a" * 5000 + ".yaml"])
+NO_FILES = ("/dev/zero", "/dev/stdin", "/proc/self/mem", "/", ".", "\0", "a" * 5000 + ".yaml", "fifo.yaml", "loop.yaml")
+
+
+@pytest.mark.parametrize("source", NO_FILES)
 def test_what_is_no_file_is_refused_at_once(folder, source, capsys):
+    os.mkfifo("fifo.yaml")
+    Path("loop.yaml").symlink_to("loop.yaml")
     begin = time.process_time()
     assert main(["check", source]) == 2
     assert time.process_time() - begin < 20  # no endless reading; some seconds are imports

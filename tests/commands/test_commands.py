@@ -300,16 +300,6 @@ def test_check_as_json_and_with_axes(tmp_path, capsys):
     assert json.loads(run_command(capsys, "check", "--list", "--json"))["bodies"] == "Real bodies"
 
 
-@pytest.mark.parametrize(
-    "name", ["check", "run", "show", "point", "slice", "body", "compile", "shard", "merge", "figures", "report"]
-)
-def test_every_command_has_help(name, capsys):
-    with pytest.raises(SystemExit) as end:
-        main([name, "--help"])
-    assert end.value.code == 0
-    assert f"polhode {name}" in capsys.readouterr().out
-
-
 def test_polhode_is_the_same_command(capsys):
     """The console script calls the function of `python -m sweeps`; each names itself in its help."""
     scripts = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]["scripts"]

@@ -7,7 +7,6 @@ from maps import assert_same_bits
 
 import sweeps
 from kernels.near_axis import survey as kernel
-from sweeps.maps.dataset import _chunk_sizes
 from sweeps.points import catalogue, columns
 from sweeps.points.loading import read_sweep
 from sweeps.reading.definitions import plain, read_text
@@ -16,42 +15,12 @@ from sweeps.systems.rigid_body import system as rigid_body
 
 TINY = catalogue.shipped_files()["tiny"]
 
-# Written out by hand from the public contract: name → units, None for flags.
-UNITS = {  # unit of measured and theoretical columns → their names
-    "s-2": (
-        "omega_squared_theory omega_squared omega_squared_stderr omega_squared_error omega_squared_reduced "
-        "omega_squared_reduced_error amplitude_shift"
-    ),
-    "s-1": (
-        "growth_rate_error growth_rate_reduced growth_rate_reduced_error growth_rate_logslope_error "
-        "growth_rate_theory growth_rate growth_rate_stderr growth_rate_logslope"
-    ),
-    "rad s-1": (
-        "frequency_error frequency_reduced frequency_reduced_error frequency_theory frequency frequency_stderr"
-    ),
-    "1": (
-        "e_folds growing_fraction samples_used steps_per_sample triangle_margin energy_drift momentum_drift "
-        "perturbation_drift propagation_error"
-    ),
-    None: "regime_theory regime shape encircles status",
-    "s": "window_end euler_period",
-}
-CONTRACT = {name: unit for unit, names in UNITS.items() for name in names.split()}
 FLAGS = {
     "regime_theory": {0: "stable_minor", 1: "stable_major", 2: "unstable", 3: "marginal", 4: "sphere"},
     "regime": {-1: "undetermined", 0: "stable_minor", 1: "stable_major", 2: "unstable", 3: "marginal", 4: "sphere"},
     "encircles": {0: "none", 1: "minor_axis", 2: "major_axis", 3: "separatrix"},
     "shape": {0: "asymmetric", 1: "oblate", 2: "prolate", 3: "sphere"},
     "status": {0: "ok", 1: "short_window", 2: "not_converged", 3: "non_finite"},
-}
-COORDINATE_UNITS = {
-    "axis": "1",
-    "I1": "kg m2",
-    "I2": "kg m2",
-    "I3": "kg m2",
-    "omega0": "rad s-1",
-    "epsilon": "1",
-    "phase": "rad",
 }
 PER_BODY = {
     "bodies": [
@@ -67,17 +36,24 @@ SHARED_SPIN = {
 }
 
 
-def test_contract_names_units_and_types(tiny):
-    assert set(CONTRACT) <= set(tiny.data_vars)
-    for name, units in CONTRACT.items():
+def test_variables_and_coordinates_are_those_of_the_tables(tiny):
+    """results/README.md, which a test compares with the tables, is the public contract."""
+    assert {name for name in tiny.data_vars} == {*rigid_body.VARIABLES, *rigid_body.CERTIFICATE}
+    for name, spec in (rigid_body.VARIABLES | rigid_body.CERTIFICATE).items():
         variable = tiny[name]
-        assert variable.dims == ("axis", "I1", "I2", "I3", "omega0", "epsilon", "phase"), name
-        assert variable.shape == (3, 4, 4, 3, 3, 2, 1), name
-        assert variable.attrs.get("units") == units, name
-        assert variable.attrs["long_name"], name
-        assert variable.dtype.kind == ("f" if name not in {*FLAGS, "samples_used", "steps_per_sample"} else "i"), name
-    for name, units in COORDINATE_UNITS.items():
-        assert tiny[name].attrs["units"] == units, name
+        assert variable.sizes == {"axis": 3, "I1": 4, "I2": 4, "I3": 3, "omega0": 3, "epsilon": 2, "phase": 1}
+        assert (variable.attrs.get("units"), variable.attrs["long_name"]) == (spec.units, spec.long_name)
+        assert variable.dtype == spec.dtype, name
+    units = {
+        "axis": "1",
+        "I1": "kg m2",
+        "I2": "kg m2",
+        "I3": "kg m2",
+        "omega0": "rad s-1",
+        "epsilon": "1",
+        "phase": "rad",
+    }
+    assert {str(name): coordinate.attrs["units"] for name, coordinate in tiny.coords.items()} == units
 
 
 @pytest.mark.parametrize("name", FLAGS)
@@ -119,16 +95,6 @@ def test_provenance(tiny):
     assert tiny.attrs["references"]
 
 
-def test_a_mapping_gives_what_its_file_gives(tmp_path):
-    mapping = {"grid": {"I1": [1.0, 2.0], "I2": 1.5, "I3": 3.0, "omega0": -2.0}}
-    path = tmp_path / "own.yaml"
-    path.write_text("grid: {I1: [1.0, 2.0], I2: 1.5, I3: 3.0, omega0: -2.0}")
-    of_mapping, of_file = sweeps.survey(mapping), sweeps.survey(path)
-    assert_same_bits(of_mapping, of_file)
-    assert of_mapping.content_hash == of_file.content_hash
-    assert of_mapping.sizes == {"axis": 3, "I1": 2, "I2": 1, "I3": 1, "omega0": 1, "epsilon": 1, "phase": 1}
-
-
 @pytest.mark.parametrize(
     "chunks", repeated.but(["auto"], ["auto", 1000, 150, {"I1": 1}, {"axis": 2, "omega0": 2, "I3": 3}, {}])
 )
@@ -150,13 +116,6 @@ def test_chunks_are_those_asked_for():
     assert max(np.prod([max(c) for c in data.chunks]), 1) <= 100
     with pytest.raises(ValueError, match=r"\['I4'\].*allowed: axis, I1"):
         sweeps.survey("tiny", chunks={"I4": 1})
-
-
-def test_chunks_of_so_many_points_hold_the_last_dimensions_whole():
-    grid = read_sweep(catalogue.shipped_files()["tiny"]).grid  # of 3 x 4 x 4 x 3 x 3 x 2 x 1 points
-    assert [_chunk_sizes(grid, "auto")[dim] for dim in grid.dims] == [3, 4, 4, 3, 3, 2, 1]
-    assert [_chunk_sizes(grid, 13)[dim] for dim in grid.dims] == [1, 1, 1, 2, 3, 2, 1]
-    assert set(_chunk_sizes(grid, 0).values()) == {1}
 
 
 def test_one_point_of_a_lazy_map_runs_one_chunk(tiny, monkeypatch):

@@ -82,18 +82,6 @@ def test_every_system_has_points(system):
         assert column.size == 24
 
 
-def test_a_map_of_points_verifies(path, capsys):
-    assert main(["verify", path, "--points", "10"]) == 0
-    assert "holds" in capsys.readouterr().out
-
-
-def test_show_prints_the_totals_of_points(path, capsys):
-    assert main(["show", path]) == 0
-    output = capsys.readouterr().out
-    assert "200 point × 2 axis" in output
-    assert "y axis" not in output
-
-
 def test_a_point_is_chosen_by_its_number_or_its_own_coordinates(path, capsys):
     assert main(["point", path, "--axis", "2", "--point", "7", "--json"]) == 0
     row = json.loads(capsys.readouterr().out)["point"]
@@ -103,8 +91,8 @@ def test_a_point_is_chosen_by_its_number_or_its_own_coordinates(path, capsys):
     assert "point = 7 (nearest to I1 = " in capsys.readouterr().out
 
 
-def test_the_pictures_are_of_points(path, tmp_path):
-    from sweeps.views import figures
+def test_pictures_report_and_summary_are_of_points(path, tmp_path, capsys):
+    from sweeps.views import figures, report
 
     with sweeps.open_map(path) as ds:
         draw_functions = figures.pictures(ds)
@@ -113,6 +101,14 @@ def test_the_pictures_are_of_points(path, tmp_path):
         figure = draw_functions["points"]()
         assert [len(ax.collections[0].get_offsets()) for ax in figure.axes[:2]] == [200, 200]
         assert figures.animations(ds) == {}
+        report.write_report(ds, tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text()
+    assert '"cloud":["I1","I2","omega0"]' in page
+    assert "Hover for values" in page
+    assert main(["show", path]) == 0
+    output = capsys.readouterr().out
+    assert "200 point × 2 axis" in output
+    assert "y axis" not in output
 
 
 def test_the_triangle_has_every_point_and_the_named_bodies(folder):
@@ -189,16 +185,6 @@ def test_moments_of_shapes_along_other_dimensions_are_refused(shapes, tmp_path):
             sweeps.open_map(tmp_path / f"{name}.nc")
 
 
-def test_the_report_holds_the_points(path, tmp_path):
-    from sweeps.views import report
-
-    with sweeps.open_map(path) as ds:
-        report.write_report(ds, tmp_path / "report.html")
-    page = (tmp_path / "report.html").read_text()
-    assert '"cloud":["I1","I2","omega0"]' in page
-    assert "Hover for values" in page
-
-
 def test_the_hash_of_a_table_stands_in_its_map(tmp_path, capsys):
     (tmp_path / "bodies.csv").write_text("I1,I2,omega0\n1.0,1.5,2.0\n1.5,1.0,3.0\n")
     (tmp_path / "my.yaml").write_text("table: bodies.csv\naxes: [2]\ngrid: {I3: 2.0}\n")
@@ -230,12 +216,6 @@ def test_what_points_cannot_do_is_said(path, arguments, words, capsys, tmp_path,
     assert main([arguments[0], path, *arguments[1:]]) == 2
     assert words in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
-
-
-def test_check_says_how_many_points(tmp_path, capsys):
-    (tmp_path / "drawn.json").write_text(json.dumps(DEFINITION))
-    assert main(["check", str(tmp_path / "drawn.json")]) == 0
-    assert "400 = 200 point × 2 axis" in capsys.readouterr().out
 
 
 def test_the_definitions_of_the_readme_run(tmp_path):

@@ -2,7 +2,6 @@
 
 import ast
 import json
-import os
 
 import h5py
 import numpy as np
@@ -42,14 +41,6 @@ def test_numbers_of_an_attribute_are_read_where_they_are_few(tmp_path):
         file.attrs.update(contract_version="1.0", few=np.ones(10_000, "i1"), many=np.ones(10_001, "i1"))
     attributes = hdf5.read_structure(FileBytes(tmp_path / "map.nc")).attributes
     assert (attributes["few"], attributes["many"]) == ([1] * 10_000, "")
-
-
-@pytest.mark.parametrize("place", ["/dev/zero", "/dev/stdin", "fifo", "folder", "loop"])
-def test_a_definition_is_no_device(tmp_path, place):
-    if not place.startswith("/"):
-        {"fifo": os.mkfifo, "folder": os.mkdir, "loop": lambda p: os.symlink(p, p)}[place](tmp_path / place)
-    with pytest.raises(UnreadableError, match=r"is not a regular file|cannot be opened"):
-        definitions.file_text(tmp_path / place)
 
 
 TITLES = ['"""', 'a"', "\\", "a\nimport os", '"""\nopen("owned", "w")\n"""', "{0}", "\udcff", "\0", "\\N{x}", "é '"]
