@@ -48,35 +48,26 @@ def test_errors_cover_in_random_definitions_of_described_systems(name):
         assert (ratio[np.isfinite(ratio)] <= 1.0 + 1e-6).all(), column
 
 
-def test_errors_cover_in_random_definitions():
-    """A sample of `error_bars.py --only-definitions`; each tenth of its 1e5 points meets the bar."""
-    table = error_bars.random_definitions(80, points=40, seed=29, max_samples=2e3)
-    assert not error_bars.wrong_regimes(table).any()
-    assert not error_bars.lost_in_silence(table).any()
-    missing = table["omega_squared lost"]
-    assert (np.abs(table["omega0"][missing]) < 1e-130).all()
-    assert 0.001 < missing.mean() < 0.1
-    for name in error_bars.COLUMNS:
-        ratio = table[name][np.isfinite(table[name])]
-        # the bar is 999 of 1,000 inside, none beyond twice the error; of 3,200 points, with 1 in 10,000 outside
-        assert np.mean(ratio > 1.0 + 1e-9) <= 1e-3, name
-        assert ratio.max() <= 2.0, name
-    assert sum(line.startswith("|") for line in error_bars.of_definitions(table)) == 2 + len(error_bars.COLUMNS)
-
-
-@pytest.mark.parametrize(("name", "definitions", "points"), [("tumbling", 2, 12), ("symmetric_top", 60, 10)])
-def test_errors_cover_in_random_definitions_of(name, definitions, points):
-    """A sample of `random_motions.py`; of so few points the promise of 999 in 1,000 allows one outside."""
-    table = random_motions.random_definitions(name, definitions, points, seed=35, max_samples=500)
+@pytest.mark.parametrize(("name", "definitions", "points", "seed"), [
+    ("rigid_body", 80, 40, 29), ("tumbling", 2, 12, 35), ("symmetric_top", 60, 10, 35),
+])  # fmt: skip
+def test_errors_cover_in_random_definitions_of(name, definitions, points, seed):
+    """A sample of `random_motions.py`; the promise of 999 in 1,000, of few points, allows one outside."""
+    max_samples = 2e3 if name == "rigid_body" else 500
+    table = random_motions.random_definitions(name, definitions, points, seed=seed, max_samples=max_samples)
     assert not random_motions.lost_in_silence(name, table).any()
     assert table["asked"].mean() > 0.3
-    for column in random_motions.COLUMNS[name]:
-        ratio = table[column][~np.isnan(table[column]) & (table["status"] == 0)]
-        assert np.sum(ratio > 1.0 + 1e-9) <= 1, column
+    columns = random_motions.COLUMNS[name]
+    for column in columns:
+        ratio = table[column][~np.isnan(table[column]) & (name == "rigid_body" or table["status"] == OK)]
+        assert np.sum(ratio > 1.0 + 1e-9) <= max(1, 1e-3 * ratio.size), column
         assert ratio.max() <= 2.0, column
-    assert sum(line.startswith("|") for line in random_motions.lines(name, table)) == 2 + len(
-        random_motions.COLUMNS[name]
-    )
+    assert sum(line.startswith("|") for line in random_motions.lines(name, table)) == 2 + len(columns)
+    if name == "rigid_body":
+        assert not random_motions.wrong_regimes(table).any()
+        missing = table["omega_squared lost"]
+        assert (np.abs(table["omega0"][missing]) < 1e-130).all()
+        assert 0.001 < missing.mean() < 0.1
 
 
 def test_the_kernels_benchmark_runs(capsys):

@@ -78,11 +78,10 @@ def _dispatcher(function, signature: tuple, options: dict):
     """Return Numba's dispatcher of a function, with our cache for its code."""
     import numba
 
-    _tell_numba()
     if "no_cpython_wrapper" in options:
-        kernel = _inner()(function, targetoptions={"nopython": True, **options})
+        kernel = _inner()(function, targetoptions={"nopython": True, **options}, pipeline_class=_compiler())
     else:
-        kernel = numba.njit(**options)(function)
+        kernel = numba.njit(pipeline_class=_compiler(), **options)(function)
     kernel._cache = KernelCache(function)
     for types in signature:
         kernel.compile(types)
@@ -139,18 +138,11 @@ def passed(kernel):
     return Passed()
 
 
-def whole_vectors() -> None:
-    """Have the kernel that calls this use vectors of 512 bits where LLVM would take half; called first thing in it.
-
-    Elsewhere, and in Python, it does nothing. It changes no bit.
-    """
-
-
 @cache
 def takes_whole_vectors() -> bool:
-    """Return whether :func:`whole_vectors` has an effect: on some processors (FULL_WIDTH), unless a user sets a rule.
+    """Return whether kernels use vectors of 512 bits: on some processors (FULL_WIDTH), unless a user sets a rule.
 
-    Rates alone are measured a quarter faster there.
+    Rates alone are measured a quarter faster there. It changes no bit.
     """
     import llvmlite.binding as llvm
     from numba import config
@@ -159,26 +151,36 @@ def takes_whole_vectors() -> bool:
     return name in FULL_WIDTH and not config.CPU_FEATURES and bool(llvm.get_host_cpu_features().get("avx512f"))
 
 
-def widen(function) -> None:
-    """Do what :func:`whole_vectors` does to a function of LLVM's."""
-    if takes_whole_vectors():  # llvmlite's own set of attributes refuses those with a value
-        set.add(function.attributes, '"prefer-vector-width"="512"')
-
-
 @cache
-def _tell_numba() -> None:
-    """Make :func:`whole_vectors` known to compiled code."""
-    from numba import types
-    from numba.extending import lower_builtin, type_callable
+def _compiler() -> type:
+    """Return Numba's compiler, or one that marks functions for whole vectors if :func:`takes_whole_vectors`."""
+    from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder
+    from numba.core.compiler_machinery import register_pass
+    from numba.core.lowering import Lower
+    from numba.core.typed_passes import BaseNativeLowering, NativeLowering
 
-    @type_callable(whole_vectors)
-    def find_type(_):
-        return lambda: types.none
+    if not takes_whole_vectors():
+        return Compiler
 
-    @lower_builtin(whole_vectors)
-    def generate(context, builder, signature, arguments):
-        widen(builder.function)
-        return context.get_dummy_value()
+    class WideLower(Lower):
+        def setup_function(self, fndesc):
+            super().setup_function(fndesc)
+            # llvmlite's own set of attributes refuses those with a value
+            set.add(self.function.attributes, '"prefer-vector-width"="512"')
+
+    @register_pass(mutates_CFG=True, analysis_only=False)
+    class WideLowering(BaseNativeLowering):
+        _name = "wide_native_lowering"
+        lowering_class = WideLower
+
+    class WideCompiler(CompilerBase):
+        def define_pipelines(self):
+            pipeline = DefaultPassBuilder.define_nopython_pipeline(self.state)
+            pipeline.passes = [(WideLowering if x is NativeLowering else x, words) for x, words in pipeline.passes]
+            pipeline.finalize()
+            return [pipeline]
+
+    return WideCompiler
 
 
 def __getattr__(name: str) -> Any:

@@ -18,7 +18,7 @@ from textwrap import dedent, indent
 import numpy as np
 
 from kernels.compile.blocks import LINE, W
-from kernels.compile.jit import is_plain, widen
+from kernels.compile.jit import is_plain
 
 FUNCTIONS = {  # functions that formulas may call, other than formulas → LLVM's name
     **{abs: "llvm.fabs.f64", math.sqrt: "llvm.sqrt.f64", np.sqrt: "llvm.sqrt.f64"},
@@ -148,10 +148,9 @@ def lines(text: str) -> Callable:
 
 
 def _align_stack(function):
-    """Let the stack be aligned to cache lines, for values that do not fit into registers; use whole vectors."""
+    """Let the stack be aligned to cache lines, for values that do not fit into registers."""
     function.attributes.add("nounwind")  # llvmlite writes the alignment only if there is an attribute
     function.attributes.alignstack = LINE
-    widen(function)
 
 
 class _Writer:

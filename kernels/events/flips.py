@@ -21,7 +21,7 @@ import numpy as np
 from kernels.compile import columns
 from kernels.compile.blocks import W
 from kernels.compile.columns import Column
-from kernels.compile.jit import INNER, OPTIONS, njit, whole_vectors
+from kernels.compile.jit import INNER, OPTIONS, njit
 from kernels.events import follower
 from kernels.events.follower import TIME, A, B, C, row
 from kernels.free import elliptic_constants, exact, rigid_body
@@ -115,7 +115,6 @@ def fill_columns(points, order, tolerance, out, at_limit):
         out (numpy.ndarray, shape (5, n)): COLUMNS: s, s, rad, rad, rad s-1; NaN where missing.
         at_limit (numpy.ndarray of bool, shape (n,)): Set to whether the search reached its bound.
     """
-    whole_vectors()
     (S, forward), (_, backward) = follower.new_block(), follower.new_block()
     step = follower.largest_step(STEPS_TO_A_FLIP, tolerance)
     for first in range(0, order.size, W):

@@ -25,7 +25,7 @@ import numpy as np
 
 from kernels.compile import columns
 from kernels.compile.blocks import W, scratch
-from kernels.compile.jit import INLINE, INNER, OPTIONS, njit, whole_vectors
+from kernels.compile.jit import INLINE, INNER, OPTIONS, njit
 from kernels.free import direct, rigid_body, taylor
 
 A, B, C, AZIMUTH = range(4)  # events, numbered by the component that changes sign
@@ -122,7 +122,6 @@ def follow_lanes(S, crossings, carries):
 @njit(**INNER)
 def _next_limit(S, n):
     """End the lanes with a limit of n steps or less; return the least limit of the active lanes, or 0."""
-    whole_vectors()
     limit = 0.0
     for lane in range(W):
         if S[row.active + lane] > 0.0 and not n < S[row.max_steps + lane]:
@@ -135,7 +134,6 @@ def _next_limit(S, n):
 @njit(**INNER)
 def _step(S):
     """Take one step of every lane's angular velocity; return True if a component of an active lane changed sign."""
-    whole_vectors()
     events = 0
     for lane in range(W):
         a0, b0, c0 = S[row.a + lane], S[row.b + lane], S[row.c + lane]
@@ -150,7 +148,6 @@ def _step(S):
 @njit(**INNER)
 def _step_with_vector(S):
     """Take one step of every lane and count on the way; return True if an active lane has an event of b or s."""
-    whole_vectors()
     events = 0
     for lane in range(W):
         a0, b0, c0, s0 = S[row.a + lane], S[row.b + lane], S[row.c + lane], S[row.azimuth + lane]

@@ -23,7 +23,7 @@ import numpy as np
 
 from kernels.compile import columns
 from kernels.compile.blocks import W, cut, scratch
-from kernels.compile.jit import INNER, OPTIONS, njit, whole_vectors
+from kernels.compile.jit import INNER, OPTIONS, njit
 from kernels.estimator import measure
 from kernels.events import tumbling
 from kernels.free import attitude, direct, elliptic_constants, exact, rigid_body
@@ -97,7 +97,6 @@ def _load(S, lane, moments, omega, h, steps):
 @njit(**OPTIONS)
 def _advance(S, steps):
     """Take the direct steps of one sample interval."""
-    whole_vectors()
     for _ in range(steps):
         for lane in range(W):
             a, b, c, w, x, y, z = turn_12(
@@ -112,7 +111,6 @@ def _advance(S, steps):
 @njit(**OPTIONS)
 def _advance_exact(S):
     """Take one exact step of every lane; :func:`_compare` completes it, so that both loops stay short."""
-    whole_vectors()
     for lane in range(W):
         m_d, m_j, m_k = S[row.m_d + lane], S[row.m_j + lane], S[row.m_k + lane]
         r0, rd, rj, rk = attitude.step_attitude(
@@ -131,7 +129,6 @@ def _advance_exact(S):
 @njit(**OPTIONS)
 def _compare_attitudes(S):
     """Add the angle between both attitudes and the growth of psi of every lane; return True if a window is open."""
-    whole_vectors()
     is_open = 0
     for lane in range(W):
         e0, ed, ej, ek, S[row.scale + lane] = attitude.complete_attitude(
@@ -189,7 +186,6 @@ def fill_columns(points, run, out):
         run (tuple): Radians of spin between samples, number of intervals, and the error allowed, rad.
         out (numpy.ndarray, shape (5, n)): Written: rad, rad s-1 (three), rad; NaN if missing.
     """
-    whole_vectors()
     omega0, epsilon = points.omega0, points.epsilon
     spacing, intervals, tolerance = run
     n = omega0.size

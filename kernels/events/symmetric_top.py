@@ -43,7 +43,7 @@ import numpy as np
 
 from kernels.compile.blocks import W, cut
 from kernels.compile.columns import arrays, numbers
-from kernels.compile.jit import INLINE, INNER, OPTIONS, njit, whole_vectors
+from kernels.compile.jit import INLINE, INNER, OPTIONS, njit
 from kernels.estimator.statuses import NON_FINITE, NOT_CONVERGED, OK
 from kernels.free import rigid_body, taylor, triangle
 from kernels.free.sincos import arctangent
@@ -178,7 +178,6 @@ def _load_lane(S, lane, tops, i, steps):
 @njit(**INNER)
 def _start_sums(S):
     """Take sample 0: clear the sums, note invariants and angles at the start."""
-    whole_vectors()
     S[row.total_versine : row.min_body] = 0.0
     for motion in (0, MOMENTUM_ROWS):
         M = S[motion:]
@@ -207,7 +206,6 @@ def _tangents(a, b, c, p, q, r):
 @njit(**INNER)
 def _advance(M, steps):
     """Take steps of a motion in every lane, over one sample interval."""
-    whole_vectors()
     for _ in range(steps):
         for lane in range(W):
             M[row.a + lane], M[row.b + lane], M[row.c + lane] = taylor.step_10(
@@ -218,7 +216,6 @@ def _advance(M, steps):
 @njit(**OPTIONS)
 def _sample_angle(M, k, intervals):
     """Add sample k (1 to intervals) of a motion to the sums of its angle, by its number from the middle of the run."""
-    whole_vectors()
     x, first = k - 0.5 * intervals, k == 1
     for lane in range(W):
         b, c = M[row.b + lane], M[row.c + lane]
@@ -235,7 +232,6 @@ def _sample_angle(M, k, intervals):
 @njit(**INNER)
 def _sample_state(S):
     """Compare one sample of every lane with the exact rotation, with the invariants and with the cones."""
-    whole_vectors()
     for lane in range(W):
         a, b, c = S[row.a + lane], S[row.b + lane], S[row.c + lane]
         p, q, r = S[row.momentum_a + lane], S[row.momentum_b + lane], S[row.momentum_c + lane]
@@ -315,7 +311,6 @@ def _write_lane(S, lane, intervals, spacing, steps, result):
 @njit(nogil=True, **OPTIONS)
 def _run_blocks(tops, order, starts, intervals, raw):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
-    whole_vectors()
     S = np.empty(len(row) * W)
     for j in range(starts.size - 1):
         first, count = starts[j], starts[j + 1] - starts[j]

@@ -40,7 +40,7 @@ import numpy as np
 
 from kernels.compile.blocks import W
 from kernels.compile.columns import arrays
-from kernels.compile.jit import INNER, OPTIONS, njit, whole_vectors
+from kernels.compile.jit import INNER, OPTIONS, njit
 from kernels.events import follower
 from kernels.events.follower import B, row
 from kernels.free import attitude, elliptic, elliptic_constants
@@ -270,7 +270,6 @@ def fill_measured(bodies, order, tolerance, modes, out):
         modes (numpy.ndarray of int8, shape (n,)): Written, as by :func:`fill_exact`.
         out (numpy.ndarray, shape (6, n)): Written: PERIODS, then their errors, NaN if missing.
     """
-    whole_vectors()
     S, crossings = follower.new_block()
     step = follower.largest_step(STEPS_IN_A_PERIOD, tolerance)
     for first in range(0, order.size, W):

@@ -36,7 +36,7 @@ import numpy as np
 
 from kernels.compile.blocks import W
 from kernels.compile.columns import arrays
-from kernels.compile.jit import INNER, OPTIONS, njit, whole_vectors
+from kernels.compile.jit import INNER, OPTIONS, njit
 from kernels.events import follower
 from kernels.events.follower import AZIMUTH, row
 from kernels.free import attitude, elliptic, elliptic_constants
@@ -227,7 +227,6 @@ def fill_measured(throws, tolerance, out):
         tolerance (float): Error of the steps allowed in a turn, relative.
         out (numpy.ndarray, shape (4, n)): Written; NaN along the handle and if MAX_STEPS are too few.
     """
-    whole_vectors()
     S, crossings = follower.new_block()
     step = follower.largest_step(STEPS_PER_TURN, tolerance)
     chi = throws[3]

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from kernels.compile.blocks import LANES, ROWS, W
-from kernels.compile.jit import INLINE, INNER, OPTIONS, boolean, float64, int64, njit, void, whole_vectors
+from kernels.compile.jit import INLINE, INNER, OPTIONS, boolean, float64, int64, njit, void
 
 MATRIX = float64[:, ::1]
 EPSILON = float(np.finfo(np.float64).eps)
@@ -31,7 +31,6 @@ def product_in_lanes(A, B, C, n):
         `A`, `B`, `C` (numpy.ndarray, shape (n n, lanes)): Matrices; element (i, j) is row i n + j.
         `n` (int): Order of the matrices.
     """
-    whole_vectors()
     lanes = A.shape[1]
     for i in range(n):
         for j in range(n):
@@ -56,7 +55,6 @@ def add_inner(out, row, A, a, a_step, B, b, b_step, n, count):
         `n` (int): Number of rows in a sum.
         count (int): Number of rows of out.
     """
-    whole_vectors()
     remainder = n % 4
     for c in range(count):
         target, a_row, b_row = np.uint64((row + c) * W), (a + c * a_step) * W, (b + c * b_step) * W
@@ -84,7 +82,6 @@ def _subtract_product(out, target, A, a, B, b, lanes):
 @njit(void(LANES, int64, int64, ROWS), **INNER)
 def _exchange_rows(A, i, k, selects):
     """Exchange rows i and k in lanes with selects > 0."""
-    whole_vectors()
     for lane in range(selects.size):
         x, y = A[i, lane], A[k, lane]
         A[i, lane] = y if selects[lane] > 0.0 else x
@@ -103,7 +100,6 @@ def solve_in_lanes(A, B, n, m, exchanges, min_pivot, f):
         min_pivot (float): Lower bound of the pivots of a definite A.
         `f` (numpy.ndarray, shape (lanes,)): Scratch.
     """
-    whole_vectors()
     lanes, flat_A, flat_B = f.size, A.reshape(A.size), B.reshape(B.size)
     for k in range(n):
         if exchanges:

@@ -29,7 +29,7 @@ import math
 import numpy as np
 
 from kernels.compile.blocks import LANES, ROWS, W, scratch
-from kernels.compile.jit import OPTIONS, PASSED, float64, int64, njit, void, whole_vectors
+from kernels.compile.jit import OPTIONS, PASSED, float64, int64, njit, void
 from kernels.estimator import measure
 from kernels.estimator.statuses import NON_FINITE, NOT_CONVERGED, NOT_EXCITED, OK, SHORT_WINDOW
 from kernels.flow import codes
@@ -74,7 +74,6 @@ def take_sample(D, P, Q, numbers, direction, k):
     `D`, `P`, `Q`, numbers, direction, `k`: samples, rows of the first motion, block, numbers, run and sample, as in
     :data:`kernels.flow.runs.TAKE_TYPE`.
     """
-    whole_vectors()
     count, states, n, quantities, runs, lanes = numbers[0], numbers[1], numbers[2], numbers[4], numbers[5], Q.shape[1]
     weight = np.uint64(QUANTITY + 2 * quantities + direction * count + k)
     first, has_both = QUANTITY + 2 * quantities + runs * count + (direction * count + k) * n, Q[BOTH_SIDES, 0] > 0.0
@@ -129,7 +128,6 @@ def _average_neighbours(Y, weight, runs, count, n, window, spacing, max_samples)
 
     A mean's model is that of the samples with M², with the same error bound. Lanes with fewer samples are unchanged.
     """
-    whole_vectors()
     lanes = window.size
     for r in range(runs):
         for k in range(max_samples):
@@ -148,7 +146,6 @@ def _average_neighbours(Y, weight, runs, count, n, window, spacing, max_samples)
 @njit(void(*4 * (int64[::1],), float64[:, :, ::1], LANES), nogil=True, **OPTIONS)
 def _fit_blocks(steps, order, bounds, numbers, blocks, raw):
     """Measure the samples of block after block into the points' raw results; numbers as in `take_sample`."""
-    whole_vectors()
     count, n, quantities, runs = numbers[0], numbers[2], numbers[4], numbers[5]
     floor, matrix_error, shortest, total = scratch(1), scratch(1), scratch(1), scratch(1)
     fit = np.empty((W, codes.HEAD + 4 * n))

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.compile.blocks import LANES, ROWS, rows_of, scratch
-from kernels.compile.jit import INNER, OPTIONS, boolean, complex128, float64, int64, njit, types, void, whole_vectors
+from kernels.compile.jit import INNER, OPTIONS, boolean, complex128, float64, int64, njit, types, void
 from kernels.flow import codes
 from kernels.flow.codes import HEAD, MIN_IMAG_GAP, UNIT
 from kernels.flow.dense import add_inner, copy_rows, eigenvalues, product_in_lanes, solve_in_lanes, sort_eigenvalues
@@ -76,7 +76,6 @@ def _matrix_logarithms(M, n, Y, work):
 
     If ARTANH_TERMS do not suffice, as estimated from Z to the eighth, more are used.
     """
-    whole_vectors()
     T, U, Z, f = work
     lanes, num_terms = f.size, ARTANH_TERMS
     for i in range(n):
@@ -113,7 +112,6 @@ def _matrix_logarithms(M, n, Y, work):
 @njit(void(LANES, int64, LANES, LANES, LANES), **INNER)
 def _characteristic_polynomials(A, n, N, c, T):
     """Write the coefficients c of det(λ - A), c[n] = 1, and N_k of adj(λ - A) = Σ λ^(n-1-k) N_k; T is scratch."""
-    whole_vectors()
     lanes, nn = A.shape[1], n * n
     c[:], N[:], c[n] = 0.0, 0.0, 1.0
     for i in range(n):
@@ -316,7 +314,6 @@ def write_results(M, X0, runs, n, covariance, noise, matrix_error, spacing, lane
         lanes (int): Number of lanes with points.
         raw (numpy.ndarray, shape (W, HEAD + 4 n)): Written: columns as in :mod:`kernels.flow.codes`.
     """
-    whole_vectors()
     nn = n * n
     Y, T, U, Z, K = rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn)
     N, c, f = rows_of(n * nn), rows_of(n + 1), scratch(1)

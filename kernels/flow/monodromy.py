@@ -28,7 +28,7 @@ from itertools import combinations
 import numpy as np
 
 from kernels.compile.blocks import LANES, ROWS, W, rows_of, scratch
-from kernels.compile.jit import INNER, OPTIONS, boolean, float64, int64, njit, types, void, whole_vectors
+from kernels.compile.jit import INNER, OPTIONS, boolean, float64, int64, njit, types, void
 from kernels.flow.dense import copy_rows
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -56,7 +56,6 @@ def multiply_matrices(A, B, C, coupled):
         `A`, `B`, `C` (numpy.ndarray, shape (n n, lanes)): Matrices.
         coupled (numpy.ndarray, shape (n, n)): Whether pairs of states are coupled; entries of uncoupled pairs vanish.
     """
-    whole_vectors()
     n, lanes, flat = len(coupled), C.shape[1], C.reshape(C.size)
     for x in range(flat.size):
         flat[x] = 0.0
@@ -88,7 +87,6 @@ def multiply_after(S, G, coupled, before, after, work):
         work (numpy.ndarray): Scratch; into its first matrix is written the sum of the squares of the effects, on the
             product of all, of the errors G and of one rounding of each product.
     """
-    whole_vectors()
     K, size, lanes = S.shape
     entry, error = S.reshape(K, size * lanes), G.reshape(K, size * lanes)
     all_after, all_before = after.reshape(K + 1, size * lanes), before.reshape(K + 1, size * lanes)
@@ -111,7 +109,6 @@ def multiply_after(S, G, coupled, before, after, work):
 @njit(void(LANES, LANES, ROWS), **OPTIONS)
 def find_sizes(A, sizes, largest):
     """Write the absolute values of the entries of `A` to sizes, and the largest of them to largest."""
-    whole_vectors()
     entries, flat = A.reshape(A.size), sizes.reshape(A.size)
     for x in range(A.size):
         flat[x] = abs(entries[x])
@@ -133,7 +130,6 @@ def write_errors(S, errors, coupled, common, G, work):
         common (float): Error by the rounding of the length of a step, common to all entries, over the largest entry.
         G, work (numpy.ndarray): Written; scratch.
     """
-    whole_vectors()
     n, lanes, sizes, largest = len(coupled), S.shape[2], work[0], work[1, 0]
     for s in range(len(G)):
         find_sizes(S[s], sizes, largest)
@@ -155,7 +151,6 @@ def mirror_half(S, masses, coupled, Q):
         masses (numpy.ndarray, shape (2 m m, lanes)): Masses and their inverse, as in :func:`compose`.
         coupled (numpy.ndarray, shape (n, n)): Whether pairs of states are coupled.
     """
-    whole_vectors()
     n, m, lanes = len(coupled), len(coupled) // 2, Q.shape[1]
     for i in range(n):
         for j in range(n):
@@ -180,7 +175,6 @@ def write_minors(S, errors, C, G, n):
         `C`, `G` (numpy.ndarray): Written: the compound, and its error bound.
         `n` (int): Number of states.
     """
-    whole_vectors()
     lanes, d, work = errors.size, n * (n - 1) // 2, rows_of(n * n + 1)
     sizes, largest = work[: n * n], work[n * n]
     find_sizes(S, sizes, largest)
@@ -201,7 +195,6 @@ def multiply_minors(S, errors, masses, coupled, result):
         S, errors, masses, coupled: As in :func:`compose`.
         result (numpy.ndarray, shape (2, lanes)): Added to: the trace, and its error.
     """
-    whole_vectors()
     K, n, halves = len(S), len(coupled), 2 if len(masses) else 1
     d = n * (n - 1) // 2
     C, G, before, after, work = zeros_of(K, d), zeros_of(K, d), zeros_of(K + 1, d), zeros_of(K + 1, d), zeros_of(5, d)
@@ -226,7 +219,6 @@ def multiply_minors(S, errors, masses, coupled, result):
 @njit(void(ROWS, ROWS, ROWS, ROWS, ROWS), **OPTIONS)
 def count_turns(x, y, u, v, turns):
     """Add to turns the half turns of vectors from (`x`, `y`) to (`u`, `v`)."""
-    whole_vectors()
     for lane in range(turns.size):
         sign = 1.0 if y[lane] * u[lane] > x[lane] * v[lane] else -1.0
         change = (1.0 if v[lane] > 0.0 else 0.0) - (1.0 if y[lane] > 0.0 else 0.0)
@@ -242,7 +234,6 @@ def count_all_turns(S, before, is_half, turns):
         is_half (bool): Whether the second half is the mirror image of the first.
         turns (numpy.ndarray, shape (lanes,)): Added to.
     """
-    whole_vectors()
     K, work = len(S), rows_of(4)
     for s in range(K):
         count_turns(before[s, 0], before[s, 2], before[s + 1, 0], before[s + 1, 2], turns)
@@ -284,7 +275,6 @@ def compose(S, errors, masses, steps, coupled, work):
             if an entry is large, the trace of the second compound, and its error; the matrix of the period that begins
             at SECOND_PHASE.
     """
-    whole_vectors()
     (K, size, lanes), n, is_half, second_start = S.shape, len(coupled), len(masses) > 0, round(SECOND_PHASE * steps)
     before, after, G, work = work[: K + 1], work[K + 1 : 2 * K + 2], work[2 * K + 2 : 3 * K + 2], work[3 * K + 2 :]
     result, squares, largest, is_large = rows_of(3 * size + 3), rows_of(len(masses)), work[4, 0], False
@@ -326,7 +316,6 @@ def compose(S, errors, masses, steps, coupled, work):
 @njit(**OPTIONS)
 def load(source, first, target):
     """Copy W points of source, shape (rows, points), from the first on to target; repeat the last to fill it."""
-    whole_vectors()
     count = min(W, source.shape[1] - first)
     for row in range(len(source)):
         for lane in range(count):
@@ -338,7 +327,6 @@ def load(source, first, target):
 @njit(**OPTIONS)
 def store(source, first, target):
     """Copy rows of W lanes of source to the points of target from the first on, as many as there are."""
-    whole_vectors()
     count = min(W, target.shape[1] - first)
     for row in range(len(source)):
         for lane in range(count):
@@ -352,7 +340,6 @@ def _write_differences(C, inverse, matrix, worst, work, numbers, owner):
     numbers: n; first row of the states in a column; sides. owner: index of the motion of each entry of the matrix; -1
     if it vanishes. The last row of work: the largest sum of both sides.
     """
-    whole_vectors()
     (n, states, sides), (half, linear, terms, asymmetry) = numbers, (work[0], work[1], work[2], work[3])
     of_sides, sign = len(C) // sides, 1.0 - 2.0 * (sides - 1)
     for lane in range(W):
@@ -405,7 +392,6 @@ def measure_matrices(advance, base, columns, inverses, owner, numbers):
         numpy.ndarray, shape (2 n n + 5, points): As of :func:`compose` without the last matrix; then the truncation
             error of the steps and the effect of the amplitude, relative to each segment's largest entry.
     """
-    whole_vectors()
     segments, steps, rows, states, truncation_row, sides, base_row = numbers
     n, motions, coupled = len(owner), columns.shape[2], owner >= 0
     count, out = segments // 2 if len(inverses) > n + 1 else segments, np.empty((2 * n * n + 5, inverses.shape[1]))

@@ -42,7 +42,7 @@ import numpy as np
 
 from kernels.compile.blocks import W
 from kernels.compile.columns import numbers
-from kernels.compile.jit import INNER, OPTIONS, PASSED, float64, int64, njit, void, whole_vectors
+from kernels.compile.jit import INNER, OPTIONS, PASSED, float64, int64, njit, void
 from kernels.estimator import measure, reduction
 from kernels.estimator.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 from kernels.flow.codes import UNIT
@@ -98,7 +98,6 @@ def _add_sample(X, half, quarter, P, Q, states, triple):
 
     Returns whether any lane's window is open, and whether any lane is inside the log slope's window or may now enter.
     """
-    whole_vectors()
     num_open, num_logging = 0, 0  # integers, so that their or-reduction stays packed
     for lane in range(W):
         x, x1, x2 = X[lane], Q[XI1, lane], Q[XI2, lane]
@@ -143,7 +142,6 @@ def _add_sample(X, half, quarter, P, Q, states, triple):
 @njit(**INNER)
 def _add_to_log(X, Q):
     """Add a sample to the log slope of every lane inside its window, if the perturbed mode moves alone."""
-    whole_vectors()
     for lane in range(W):
         size = abs(X[lane])
         maximum = Q[LCAP, lane] if Q[OTHER_SIZE, lane] <= max(MAX_OTHER_MODE * size, Q[OTHER_LIMIT, lane]) else -1.0
@@ -157,7 +155,6 @@ def _add_to_log(X, Q):
 @njit(TAKE_TYPE, **PASSED)
 def take_sample(D, P, Q, numbers, _, k):
     """Add one sample of every lane: window, recurrence sums, energy, log slope; return whether any lane goes on."""
-    whole_vectors()
     states, channels = numbers[1], D.shape[0] // 3
     x, half, quarter = D[0], D[channels], D[2 * channels]
     for lane in range(W):

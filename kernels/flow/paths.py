@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.compile.blocks import W, rows_of, scratch
-from kernels.compile.jit import INNER, OPTIONS, float64, int64, njit, types, void, whole_vectors
+from kernels.compile.jit import INNER, OPTIONS, float64, int64, njit, types, void
 from kernels.compile.llvm_formulas import lines, parse_formula
 from kernels.flow.codes import FAR_ORDER as ORDER
 from kernels.flow.runs import CHECK as EXPAND
@@ -62,7 +62,6 @@ def _choose_step(S, terms, step, size, share, next_step, tolerance):
 
     The power is 3/64, a little less than 1/20: it needs no logarithm.
     """
-    whole_vectors()
     for lane in range(share.size):
         share[lane] = MIN_STEP
     for i in range(len(size)):
@@ -95,7 +94,6 @@ def _choose_step(S, terms, step, size, share, next_step, tolerance):
 @njit(**INNER)
 def _sum_terms(rows, S, first, share):
     """Write a series' sum at a fraction of the step into its last row; first: the row of its first term."""
-    whole_vectors()
     for lane in range(share.size):
         S[first + ORDER, lane] = share[lane]
     _SUM_LINES(rows[first * W :])
@@ -104,7 +102,6 @@ def _sum_terms(rows, S, first, share):
 @njit(**INNER)
 def _advance_states(rows, S, terms, low, share):
     """Add the sums of the terms to all series, with compensation of the rounding."""
-    whole_vectors()
     for row in range(len(low)):
         _sum_terms(rows, S, terms + BLOCK * row, share)
         for lane in range(share.size):
@@ -130,7 +127,6 @@ def _lane_terms(S, first, lane):
 @njit(**INNER)
 def _write_samples(rows, S, terms, step, low, share, times, number, next_sample, out):
     """Write the samples of each lane within its step, and the number of its next sample."""
-    whole_vectors()
     N = out.shape[1]
     for lane in range(W):
         run = number[lane]
@@ -187,7 +183,6 @@ def follow_runs(expand, path, times, tolerance, steps, out):
         steps (int): Maximum number of steps.
         out (numpy.ndarray, shape (runs, states without the time, samples + NUM_TOGETHER)): Written.
     """
-    whole_vectors()
     (runs, terms), series, N = path.table.shape, path.remainder.shape[1], path.size.shape[1]
     rows, low, size = scratch(terms + BLOCK * series), rows_of(series), rows_of(N)
     share, next_step, step, S = scratch(1), scratch(1), series + 1, rows.reshape(-1, W)

@@ -18,7 +18,7 @@ Source: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413. The parameters an
 import math
 
 from kernels.compile.blocks import LANES, ROWS, rows_of, scratch
-from kernels.compile.jit import INNER, OPTIONS, boolean, int64, njit, void, whole_vectors
+from kernels.compile.jit import INNER, OPTIONS, boolean, int64, njit, void
 from kernels.flow.codes import MIN_EXCITATION, UNIT
 from kernels.flow.dense import add_inner, copy_rows, product_in_lanes, solve_in_lanes
 
@@ -32,7 +32,6 @@ def _scaled_inverse(Q, H, right, P, d, f):
     Q: the lower half of H below a first row and column, which contains the last column of right. H is scaled to a unit
     diagonal; d, f are scratch.
     """
-    whole_vectors()
     lanes = f.size
     for p in range(P):
         for lane in range(lanes):
@@ -58,7 +57,6 @@ def _scaled_inverse(Q, H, right, P, d, f):
 @njit(void(LANES, LANES, int64, LANES, LANES, ROWS), **INNER)
 def _normal_matrix(by_x, squares, n, B, Q, f):
     """Project C out; write minus its solutions to B, and the normal matrix to Q, residuals first."""
-    whole_vectors()
     nn, A = n * n, rows_of(n * n)
     P1 = len(by_x) // nn - 1
     for at in range(nn):
@@ -82,7 +80,6 @@ def _accept_step(M, X0, A, U, right, new_squares, is_active, P, covariance, sum_
     A lane that is not finite becomes inactive. `change` is the largest change of M's entries; a lane goes on at
     MIN_CHANGE and above. The row P² of the covariance is its sum of squares.
     """
-    whole_vectors()
     lanes = is_active.size
     for rows in (A, U):
         for at in range(rows.shape[0]):
@@ -123,7 +120,6 @@ def step_lanes(M, X0, runs, n, by_x, squares, covariance, sum_squares, excitatio
         sum_squares, excitation, change (numpy.ndarray): Sum of squared residuals, written; excitation, set to 0 if the
             algebra fails; change of M, written.
     """
-    whole_vectors()
     P, nn = runs * n, n * n
     A, C, T, B, U = rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn * P + nn), rows_of(P)
     Q, H, right, d = rows_of((P + 1) * (P + 1)), rows_of(P * P), rows_of(P * P + P + 1), rows_of(P)

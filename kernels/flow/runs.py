@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.compile.blocks import LANES, ROWS, W, cut, rows_of, scratch
-from kernels.compile.jit import INLINE, INNER, OPTIONS, boolean, float64, int64, njit, types, void, whole_vectors
+from kernels.compile.jit import INLINE, INNER, OPTIONS, boolean, float64, int64, njit, types, void
 from kernels.estimator import measure
 from kernels.flow.codes import ORDER, UNIT
 from kernels.free import direct
@@ -131,7 +131,6 @@ def zero_limit(full, half, quarter):
 @njit(void(LANES, LANES, int64, boolean, int64, LANES), **INNER)
 def _project_motions(project, R, states, has_both, sizes, D):
     """Write the channels of the motions of each size: of half the difference of both sides, if there are two."""
-    whole_vectors()
     channels, N, lanes = project.shape[0], project.shape[1] // W, D.shape[1]
     for size in range(sizes):
         P, M = R[2 * size], R[2 * size + 1]
@@ -150,7 +149,6 @@ def _project_motions(project, R, states, has_both, sizes, D):
 @njit(void(ADVANCE, LANES, ROWS, LANES, *3 * (int64,), LANES, ROWS), **INNER)
 def _measure_halving(advance, R, K, project, num_compared, states, steps, D, change):
     """Integrate from each lane's largest state over an interval with steps and twice as many; write the change."""
-    whole_vectors()
     for repeat in range(2):
         for i in range(states * W):
             R[0, i] = K[i]
@@ -178,7 +176,6 @@ def run_blocks(advance, check, take, runs, steps, order, bounds, numbers, spacin
         spacing (float): Spacing of the samples, in 1/S.
         blocks (numpy.ndarray, shape (blocks, rows, W)): Zeros; written: the sums of the measurement.
     """
-    whole_vectors()
     _, directions, motions, rows = runs.starts.shape
     _, channels, N = runs.project.shape
     count, states, num_compared, num_single = numbers[0], numbers[1], numbers[2], numbers[3]

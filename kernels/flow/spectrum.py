@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from kernels.compile.blocks import LANES, ROWS, W, rows_of, scratch
-from kernels.compile.jit import INLINE, INNER, OPTIONS, float64, int64, njit, types, void, whole_vectors
+from kernels.compile.jit import INLINE, INNER, OPTIONS, float64, int64, njit, types, void
 from kernels.flow.codes import EQUATIONS, EXCITATION, MIN_EXCITATION, SCATTER, UNIT
 from kernels.flow.dense import copy_rows, solve_in_lanes
 from kernels.flow.invariants import write_results
@@ -53,7 +53,6 @@ def add_products(V, P, n, by_x, squares):
         `P`, `n` (int): Numbers of slopes and of states.
         by_x, squares (numpy.ndarray): Added to: products of states with those of x, and of pairs of columns.
     """
-    whole_vectors()
     m = FOUR * n
     for row in range((P + 2) * n):
         for j in range(n):
@@ -72,7 +71,6 @@ def sum_moments(Y, weight, runs, count, n, by_x, squares):
         `runs`, `count`, `n` (int): Numbers of runs, of samples of a run, and of states.
         by_x, squares (numpy.ndarray): Written, as by :func:`add_products`.
     """
-    whole_vectors()
     V = scratch(2 * n * FOUR)
     by_x[:], squares[:] = 0.0, 0.0
     for r in range(runs):
@@ -98,7 +96,6 @@ def _singular_ratio(A, n, c, s, excitation):
 
     A is overwritten; c, s are scratch. A converged lane does not change while its neighbours go on.
     """
-    whole_vectors()
     lanes = excitation.size
     for _ in range(MAX_SWEEPS):
         largest_angle = 0.0
@@ -142,7 +139,6 @@ def find_start(products, n, M, excitation):
         `n` (int): Number of states.
         M, excitation (numpy.ndarray): Written.
     """
-    whole_vectors()
     A, f, g = rows_of(n * n), scratch(1), scratch(1)
     XD, XX = products[: n * n], products[n * n : 2 * n * n]
     copy_rows(A, XX)
@@ -165,7 +161,6 @@ def _advance_samples(M, X0, live, Z, V, place):
 
     Lanes that are not live end, at 0. Lengths of rows of M and of columns of Z are multiples of FOUR.
     """
-    whole_vectors()
     (P, n, sample), N = place, M.size // (place[1] * W)
     new, old = sample % 2 * (P + 1) * N, (1 - sample % 2) * (P + 1) * N
     for p in range(P + 1):  # the last is x, with a row 0 of X0
@@ -204,7 +199,6 @@ def sum_normal_equations(Y, weight, M, X0, runs, count, n, by_x, squares):
         `runs`, `count`, `n` (int): Numbers of runs, of samples of a run, and of states.
         by_x, squares (numpy.ndarray): Written, as by :func:`add_products`.
     """
-    whole_vectors()
     P, N = runs * n, -(-n // FOUR) * FOUR
     V = scratch((P + 2) * n * FOUR)
     Z = scratch(2 * (P + 1) * N)
@@ -263,7 +257,6 @@ def fit_block(Y, weight, runs, count, n, spacing, floor, matrix_error, factor, l
         lanes (int): Number of lanes with points.
         raw (numpy.ndarray, shape (W, HEAD + 4 n)): Written: columns as in :mod:`kernels.flow.codes`.
     """
-    whole_vectors()
     P = runs * n
     Y, counts = Y.reshape(Y.size), weight.reshape(weight.size)
     M, X0, by_x, squares = scratch(n * n), scratch(P), scratch((P + 2) * n * n), scratch((P + 1) * (P + 1))

@@ -16,7 +16,7 @@ from itertools import product
 import numpy as np
 
 from kernels.compile.blocks import LANES, W, rows_of, scratch
-from kernels.compile.jit import OPTIONS, PASSED, float64, int64, njit, whole_vectors
+from kernels.compile.jit import OPTIONS, PASSED, float64, int64, njit
 from kernels.compile.llvm_formulas import lines
 from kernels.flow.dense import solve_in_lanes
 from kernels.flow.monodromy import FUNCTION, STATES, STEP_TYPE, compose, load, store, work_of, zeros_of
@@ -126,7 +126,6 @@ def compile_step(m, n, entries):
 
         @njit(STEP_TYPE, name=name, **PASSED)
         def by_lines(S, nothing, number):
-            whole_vectors()
             step(S)
 
         return by_lines
@@ -139,7 +138,6 @@ def compile_step(m, n, entries):
     @njit(STEP_TYPE, name=name, **PASSED)
     def by_loops(S, nothing, number):
         """Find the stages from their linear equations in every lane, and write the step's matrix after the slopes."""
-        whole_vectors()
         s, A, f = S.reshape(S.size // W, W), rows_of((size + n) * size), rows_of(1)[0]
         B, flat = A[size * size :], A.reshape(A.size)  # B: the columns of the states
         for r in range(size):
@@ -181,7 +179,6 @@ def integrate_flow(step, coupled, factors, slopes, lengths, steps):
     Returns:
         numpy.ndarray, shape (3 n n + 3, points): As of :func:`kernels.flow.monodromy.compose`, in the states' sizes.
     """
-    whole_vectors()
     n, (_, count, points), num_parts = len(coupled), slopes.shape, factors.shape[1]
     size, S, H = n * n, scratch(STAGES * count + n * n), scratch(num_parts * count)
     length, ratio, inverse, masses = rows_of(n), rows_of(size), scratch(1), rows_of(len(lengths) - n)

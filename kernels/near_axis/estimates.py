@@ -12,7 +12,7 @@ import numpy as np
 from kernels.compile import columns
 from kernels.compile.blocks import W
 from kernels.compile.columns import Column
-from kernels.compile.jit import INLINE, INNER, OPTIONS, njit, whole_vectors
+from kernels.compile.jit import INLINE, INNER, OPTIONS, njit
 from kernels.compile.llvm_formulas import formula
 from kernels.estimator import measure, reduction, uncertainty
 from kernels.estimator.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
@@ -81,7 +81,6 @@ def _measured_D(S, lane):
 @njit(**OPTIONS)
 def _write_squares(S, is_reduced):
     """Write rates² and their slopes by D, reduced if ``is_reduced``; return whether a lane's D is too large."""
-    whole_vectors()
     is_large = 0
     for lane in range(W):
         spacing, D = S[row.spacing + lane], _measured_D(S, lane)
@@ -100,7 +99,6 @@ def _write_squares(S, is_reduced):
 @njit(**OPTIONS)
 def _write_large_squares(S):
     """Write the same as :func:`_write_squares` lane by lane, for a D of any size."""
-    whole_vectors()
     for lane in range(W):
         spacing, D, reduced = S[row.spacing + lane], _measured_D(S, lane), _reduced_D(S, lane)
         if not abs(D) <= measure.MAX_SERIES_D:
@@ -125,7 +123,6 @@ def _fill_square(S, certified, tolerance):
     :func:`_accept_grown_rounding`. Rounding in either solution also shifts the phase of a motion of n samples by less
     than 1e-16 n^{3/2}.
     """
-    whole_vectors()
     for lane in range(W):
         samples_used, spacing, spin = (S[row.samples + lane], S[row.spacing + lane], S[aux.spin_rate + lane])
         rx, rr, xx = S[row.rx + lane], S[row.rr + lane], S[row.xx + lane]
@@ -151,7 +148,6 @@ def _fill_square(S, certified, tolerance):
 @njit(**INNER)
 def _accept_grown_rounding(S, tolerance):
     """Set the status OK of growing motions, with which rounding at the start has grown."""
-    whole_vectors()
     for lane in range(W):
         growth = -S[aux.rate2 + lane]
         if S[column.status + lane] == NOT_CONVERGED and growth > 0.0:
@@ -169,7 +165,6 @@ def _fill_errors(S, step, rounded, is_full):
     ``step``: of :mod:`kernels.near_axis.propagators`; ``rounded``: the moments are ratios, rounded once each;
     ``is_full``: the reduction was done to its last order.
     """
-    whole_vectors()
     exactly, order = propagators.IS_EXACT[step], propagators.ORDER[step]
     is_near, is_nearest = propagators.IS_NEAR[step], propagators.IS_NEAREST[step]
     for lane in range(W):
@@ -247,7 +242,6 @@ def _rate_writer(reduced):
     @njit(name="fill_reduced_rates" if reduced else "fill_rates", **OPTIONS)
     def fill_rates(S):
         """Write growth rate or frequency, by the regime, and errors from the measured square, for each lane."""
-        whole_vectors()
         for lane in range(W):
             spin, regime = S[aux.spin_rate + lane], S[column.regime + lane]
             square, error = S[square_of + lane], S[error_of + lane]
@@ -289,7 +283,6 @@ def _fill_log_slope(S):
     Its error is its distance from the reduced rate, which uses more samples, plus that rate's error: the line itself
     does not show how the transient bends it.
     """
-    whole_vectors()
     for lane in range(W):
         n, spin = S[row.log_samples + lane], S[aux.spin_rate + lane]
         has_slope = (S[column.regime + lane] == linear.UNSTABLE) & (n >= 2.0)
@@ -308,7 +301,6 @@ def _fill_log_slope(S):
 @njit(**INNER)
 def _fill_no_log_slope(S):
     """Write NaN as log slopes if no lane was ever in the window, which saves two logarithms."""
-    whole_vectors()
     for missing in (column.e_folds, column.growth_rate_logslope, column.growth_rate_logslope_error):
         for lane in range(W):
             S[missing + lane] = math.nan
@@ -317,7 +309,6 @@ def _fill_no_log_slope(S):
 @njit(**INNER)
 def _fill_drifts(S):
     """Write the relative drifts of energy, of L² and of the perturbation's invariant J."""
-    whole_vectors()
     for lane in range(W):
         S[column.energy_drift + lane] = S[row.E_change + lane] / S[row.E + lane]
         S[column.momentum_drift + lane] = S[row.L2_change + lane] / S[row.L2 + lane]

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from kernels.compile.blocks import W
 from kernels.compile.columns import numbers
-from kernels.compile.jit import INLINE, INNER, OPTIONS, njit, whole_vectors
+from kernels.compile.jit import INLINE, INNER, OPTIONS, njit
 from kernels.compile.llvm_formulas import formula
 from kernels.estimator import measure, reduction
 from kernels.free import exact, recurrence, rigid_body, taylor
@@ -79,7 +79,6 @@ class Work(NamedTuple):
 @njit(**OPTIONS)
 def begin_block(S):
     """Take sample 0 of every lane: set up state, steps and invariants, clear the sums and open the windows."""
-    whole_vectors()
     for lane in range(W):
         e2 = S[row.epsilon + lane] * S[row.epsilon + lane]
         ca, cb, cc = rigid_body.euler_coefficients(S[row.Ia + lane], S[row.Ib + lane], S[row.Ic + lane])
@@ -105,7 +104,6 @@ def begin_block(S):
 @njit(**OPTIONS)
 def begin_exact(S):
     """Set up the exact state and the coefficients of its step, one sample interval long."""
-    whole_vectors()
     for lane in range(W):
         a, b, c, e = S[row.spin + lane], S[row.cosine + lane], S[row.sine + lane], S[row.epsilon + lane]
         S[row.xa + lane], S[row.xb + lane], S[row.xc + lane] = a, b, c
@@ -117,7 +115,6 @@ def begin_exact(S):
 @njit(**OPTIONS)
 def begin_recurrence(S):
     """Set up the recurrence of a small motion, in place of :func:`begin_exact`."""
-    whole_vectors()
     for lane in range(W):
         a, b, c = S[row.spin + lane], S[row.cosine + lane], S[row.sine + lane]
         S[row.xb + lane], S[row.xc + lane] = b, c
@@ -130,7 +127,6 @@ def begin_recurrence(S):
 @njit(**OPTIONS)
 def begin_invariants(S):
     """Store the invariants of every lane at its start."""
-    whole_vectors()
     for lane in range(W):
         greatest = max(S[row.Ia + lane], max(S[row.Ib + lane], S[row.Ic + lane]))
         ja, jb, jc = S[row.Ia + lane] / greatest, S[row.Ib + lane] / greatest, S[row.Ic + lane] / greatest
@@ -149,7 +145,6 @@ def _advance_by(step):
     @njit(name=f"advance_{step.__name__}", **OPTIONS)
     def advance_lanes(S, steps):
         """Advance every lane by `steps` steps."""
-        whole_vectors()
         for _ in range(steps):
             for lane in range(W):
                 a, b, c = S[row.a + lane], S[row.b + lane], S[row.c + lane]
@@ -167,7 +162,6 @@ _taylor_8, _near_8, _nearest_8, _taylor_10, _near_10, _nearest_10, _taylor_12, _
 @njit(**INNER)
 def _advance_exact(S):
     """Advance every lane by one step of the closed form."""
-    whole_vectors()
     for lane in range(W):
         constants = S[row.qa + lane], S[row.qb + lane], S[row.qc + lane]
         a, b, c = exact.step(S[row.a + lane], S[row.b + lane], S[row.c + lane], *constants)
@@ -177,7 +171,6 @@ def _advance_exact(S):
 @njit(**INNER)
 def _advance_recurrence(S):
     """Advance every lane by one step of the recurrence that the exact solution obeys."""
-    whole_vectors()
     for lane in range(W):
         a, b = S[row.a + lane] + S[row.da + lane], S[row.b + lane] + S[row.db + lane]
         c = S[row.c + lane] + S[row.dc + lane]
@@ -223,7 +216,6 @@ def advance_lanes(S, step, steps):
 @njit(**OPTIONS)
 def store_excess(S):
     """Store the spin's excess at the second sample in the row u1, for :func:`set_first_guess`."""
-    whole_vectors()
     for lane in range(W):
         S[row.u1 + lane] = S[row.a + lane] * S[row.spin + lane] - 1.0
 
@@ -235,7 +227,6 @@ def set_first_guess(S):
     A motion that certainly rotates has no log slope. Returns whether any lane may have one. Products of βγ are stored
     for :func:`begin_reduction` in the rows half, own and across.
     """
-    whole_vectors()
     num_logging = 0
     for lane in range(W):
         b, c, b1, c1 = S[row.b + lane], S[row.c + lane], S[row.b1 + lane], S[row.c1 + lane]
@@ -254,7 +245,6 @@ def set_first_guess(S):
 @njit(**OPTIONS)
 def begin_reduction(S):
     """Set the constants of the reduction of every lane, from its first guess and first three samples."""
-    whole_vectors()
     for lane in range(W):
         a1, middle = S[row.u1 + lane], S[row.half + lane]
         difference, double_difference = S[row.own + lane], S[row.across + lane]
@@ -315,7 +305,6 @@ def _add_sample_with(reduced):
     @njit(name=f"sample_{reduced}", **OPTIONS)
     def add_sample(S, triple):
         """Add a sample, with `triple` also the residual of the three last; return True if a window is open."""
-        whole_vectors()
         num_open = 0  # a whole number: its or-reduction stays packed
         for lane in range(W):
             b, c = S[row.b + lane], S[row.c + lane]
@@ -401,7 +390,6 @@ def _exact_samples_of(count):
     @njit(name=f"exact_samples_{count}", **OPTIONS)
     def samples(S):
         """Advance and measure every lane by the factory's number of samples; return True if a window is open."""
-        whole_vectors()
         num_open = 0
         for lane in range(W):
             b1, c1, b2, c2 = S[row.b1 + lane], S[row.c1 + lane], S[row.b2 + lane], S[row.c2 + lane]
@@ -468,7 +456,6 @@ def _compare_lane(S, lane, b, c):
 @njit(**OPTIONS)
 def compare_exact(S):
     """Take one exact step of every lane and compare; called after :func:`add_sample`, which sets the window."""
-    whole_vectors()
     for lane in range(W):
         constants = S[row.qa + lane], S[row.qb + lane], S[row.qc + lane]
         a, b, c = exact.step(S[row.xa + lane], S[row.xb + lane], S[row.xc + lane], *constants)
@@ -479,7 +466,6 @@ def compare_exact(S):
 @njit(**OPTIONS)
 def compare_recurrence(S):
     """Take one step of the recurrence of small motions and compare, as :func:`compare_exact`."""
-    whole_vectors()
     for lane in range(W):
         b, c = S[row.xb + lane] + S[row.db + lane], S[row.xc + lane] + S[row.dc + lane]
         bend = recurrence.bend_factor(b, S[row.bend + lane])
@@ -492,7 +478,6 @@ def compare_recurrence(S):
 @njit(**OPTIONS)
 def compare_invariants(S):
     """Compare the invariants of every lane with their start; called after :func:`add_sample`."""
-    whole_vectors()
     for lane in range(W):
         inside = S[row.is_open + lane] > 0.0
         coefficients = S[row.cb + lane], S[row.cc + lane]
@@ -515,7 +500,6 @@ def add_log_sample(S):
 
     The samples inside a window are consecutive.
     """
-    whole_vectors()
     num_logging = 0  # a whole number: its or-reduction stays packed
     for lane in range(W):
         size = measure.dot(S[row.b + lane], S[row.c + lane], S[row.b + lane], S[row.c + lane])
@@ -536,7 +520,6 @@ def add_log_sample(S):
 @njit(**OPTIONS)
 def has_grown_lane(S):
     """Return True if some lane has been large enough for the log slope."""
-    whole_vectors()
     num_large = 0
     for lane in range(min(W, S.size)):  # a number unknown to LLVM, which would unroll so short a loop
         min_size2 = measure.LOG_FROM * measure.LOG_FROM * S[row.start_size2 + lane]
@@ -547,7 +530,6 @@ def has_grown_lane(S):
 @njit(**OPTIONS)
 def has_log_samples(S):
     """Return True if some lane's log slope has a sample."""
-    whole_vectors()
     num_lanes = 0
     for lane in range(min(W, S.size)):  # as in :func:`has_grown_lane`
         num_lanes |= 1 if S[row.log_samples + lane] > 0.0 else 0

@@ -18,7 +18,7 @@ import numpy as np
 
 from kernels.compile import columns
 from kernels.compile.blocks import W, cut, scratch
-from kernels.compile.jit import OPTIONS, njit, whole_vectors
+from kernels.compile.jit import OPTIONS, njit
 from kernels.estimator import measure, reduction
 from kernels.estimator.statuses import NON_FINITE, OK, SHORT_WINDOW
 from kernels.events import flips
@@ -135,7 +135,6 @@ def _sort_points(plan):
 @njit(nogil=True, **OPTIONS)
 def _gather_block(S, T, points, steps):
     """Fill the rows of a block that are given; copies of the last point fill what its points leave."""
-    whole_vectors()
     for lane in range(W):
         i = np.uint64(points[min(lane, points.size - 1)])
         for r in range(NUM_GATHERED):
@@ -148,7 +147,6 @@ def _gather_block(S, T, points, steps):
 @njit(nogil=True, **OPTIONS)
 def _copy_columns(S, rows, out):
     """Copy some columns of a block, whole rows of lanes at once."""
-    whole_vectors()
     for k in range(rows.size):
         first = (estimates.FIRST_COLUMN + rows[k]) * W
         in_row, out_row = S[first : first + W], out[k]

@@ -14,9 +14,7 @@ mode; the symmetric top. A cell is judged against linear theory, and the top's a
   rate scale's square, for a free mode has the value 0); a dash without such points.
 
 Then random definitions of the rigid body, each parameter drawn over its whole allowed range, with random points: every
-column that has an error, against linear theory in 40 digits. Each column has its coverage and its largest deviation
-over error, of all points and of the worst tenth (or kind) by any parameter; a missing value needs a status that is
-not ``ok``, and a regime that is not ``marginal`` must be that of the moments.
+column that has an error, against linear theory in 40 digits: random_motions.py.
 
 Last, the same of each described system that ships: error_bars_described.py.
 """
@@ -28,12 +26,10 @@ from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
-import mpmath
 import numpy as np
 
 sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
 
-from kernels.estimator.statuses import OK  # noqa: E402
 from kernels.events import symmetric_top  # noqa: E402
 from kernels.flow.oscillations import MARGINAL  # noqa: E402
 from kernels.free import linear  # noqa: E402
@@ -48,12 +44,9 @@ DEFAULT = "default sweep"
 SEEN = 1e-14  # relative deviation that is more than the rounding of the theory itself
 
 
-# Random definitions: columns by their theory, kinds of bodies, and directions of the perturbation.
-RATES = {"omega_squared": 0, "growth_rate": 1, "frequency": 2}
-COLUMNS = (*(f"{name}{end}" for name in RATES for end in ("", "_reduced")), "growth_rate_logslope")
+# Random definitions: kinds of bodies, and directions of the perturbation.
 BODIES = ("random", "near-symmetric", "flat", "rod", "symmetric", "sphere", "near a sphere", "impossible")
 DIRECTIONS = ("any", "decaying", "growing", "along an axis", "far")
-MIN_NORMAL = sys.float_info.min
 
 
 class Cell(NamedTuple):
@@ -188,103 +181,6 @@ def random_integration(random, max_samples):
     )
 
 
-def linear_theory(points):
-    """Ω², growth rate and frequency as pairs (double, remainder), from 40 digits; shape (3, 2, n)."""
-    three = np.stack([points[name] for name in ("I1", "I2", "I3")])
-    pairs = np.empty((3, 2, three.shape[1]))
-    with mpmath.workdps(40):
-        for i, (axis, omega0) in enumerate(zip(points["axis"], points["omega0"], strict=True)):
-            a, b, c = (mpmath.mpf(float(three[(axis - 1 + k) % 3, i])) for k in range(3))
-            square = (a - b) * (a - c) / (b * c)
-            rate = mpmath.sqrt(abs(square)) * abs(float(omega0))
-            for row, value in enumerate(
-                (square * mpmath.mpf(float(omega0)) ** 2, rate * (square < 0), rate * (square > 0))
-            ):
-                pairs[row, :, i] = float(value), float(value - float(value))
-    return pairs
-
-
-def random_definitions(count, points=50, seed=1, max_samples=2e4):
-    """Return a table of all points of random definitions: values drawn, measured, and deviations over errors.
-
-    A deviation over error is NaN if the value or its error is missing.
-    """
-    from sweeps.systems.rigid_body.system import SYSTEM
-
-    random, tables = np.random.default_rng(seed), []
-    for _ in range(count):
-        integration = random_integration(random, max_samples)
-        values, facts = random_points(random, points)
-        columns = SYSTEM.columns(values, integration)
-        theory = linear_theory(values)
-        settings = ("rotations", "samples_per_rotation", "tolerance", "propagator", "collapse")
-        row = values | facts | {name: np.full(points, getattr(integration, name)) for name in settings}
-        row |= {name: columns[name] for name in ("regime", "regime_theory", "status", "samples_used", "encircles")}
-        for name in COLUMNS:
-            truth, remainder = theory[RATES[name.removesuffix("_reduced").removesuffix("_logslope")]]
-            with np.errstate(all="ignore"):
-                row[name] = np.abs((columns[name] - truth) - remainder) / columns[f"{name}_error"]
-            row[f"{name} lost"] = ~np.isfinite(columns[name]) | ~(columns[f"{name}_error"] >= MIN_NORMAL)
-        tables.append(row)
-    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
-
-
-def wrong_regimes(table):
-    """Which points have a regime that is neither left open nor that of the moments."""
-    return ~np.isin(table["regime"], (-1, linear.MARGINAL)) & (table["regime"] != table["regime_theory"])
-
-
-def lost_in_silence(table):
-    """Which points have status ok and no Ω², measured or reduced, or no normal double as its error."""
-    return (table["status"] == OK) & (table["omega_squared lost"] | table["omega_squared_reduced lost"])
-
-
-def tenths(values):
-    """The tenth (0 to 9) that each value lies in; of words and few numbers, the number of the value."""
-    different, numbers = np.unique(values, return_inverse=True)
-    if different.size <= 10:
-        return numbers
-    return np.clip(np.searchsorted(np.quantile(values, np.linspace(0, 1, 11)), values, side="right") - 1, 0, 9)
-
-
-PARAMETERS = (
-    *("rotations", "samples_per_rotation", "tolerance", "propagator", "collapse", "epsilon", "phase", "direction"),
-    *("omega0", "spin", "axis", "body", "gap", "unit", "samples_used"),
-)
-
-
-def of_columns(table, columns, parameters):
-    """Lines of a table of random definitions: each column, whole and in its worst tenth by any parameter."""
-    yield "| column | points | within the error | worst | least within, of a tenth | its worst |"
-    yield "|---|---|---|---|---|---|"
-    for name in columns:
-        ratio = table[name]
-        has_value = ~np.isnan(ratio)
-        tenth_parts = [
-            (parameter, tenth, has_value & (tenths(table[parameter]) == tenth))
-            for parameter in parameters
-            for tenth in range(10)
-        ]
-        tenth_parts = [(p, t, ratio[selection]) for p, t, selection in tenth_parts if selection.any()]
-        parameter, tenth, worst = min(tenth_parts, key=lambda part: np.mean(part[2] <= 1.0))
-        yield (
-            f"| {name} | {has_value.sum():,} | {100 * np.mean(ratio[has_value] <= 1.0):.3f} % | "
-            f"{ratio[has_value].max():.2f} | "
-            f"{100 * np.mean(worst <= 1.0):.2f} % ({parameter}, {tenth + 1}) | {worst.max():.2f} |"
-        )
-
-
-def of_definitions(table):
-    """Lines of the table of random definitions of the rigid body: its columns, regimes and statuses."""
-    yield from of_columns(table | {"spin": np.abs(table["omega0"])}, COLUMNS, PARAMETERS)
-    marginal, is_missing = np.mean(table["regime"] == linear.MARGINAL), table["status"] != OK
-    yield ""
-    yield (
-        f"{is_missing.size:,} points: {wrong_regimes(table).sum()} wrong regimes, {100 * marginal:.1f} % marginal, "
-        f"{lost_in_silence(table).sum()} missing with status ok, {100 * is_missing.mean():.2f} % with another status"
-    )
-
-
 def oscillations(name, count, epsilon):
     """Cells of each mode of a system of small oscillations that ships, by value, and how many regimes are wrong."""
     import oscillators
@@ -389,7 +285,10 @@ def main(argv=None):
     if not (arguments.only_definitions or arguments.only_described):
         every += [rows(arguments.bodies, arguments.points), ("",)]
     if not arguments.only_described:
-        every.append(of_definitions(random_definitions(arguments.definitions, seed=arguments.seed)))
+        import random_motions
+
+        table = random_motions.random_definitions("rigid_body", arguments.definitions, 50, arguments.seed, 2e4)
+        every.append(random_motions.lines("rigid_body", table))
     if not arguments.only_definitions:
         every += [("",), lines_of_described(max(1, arguments.definitions // 60), seed=arguments.seed)]
     for line in chain.from_iterable(every):

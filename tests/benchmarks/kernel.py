@@ -12,25 +12,14 @@ import statistics
 import time
 from concurrent.futures import ThreadPoolExecutor
 
-import numpy as np
-
 from kernels.free import linear
-from kernels.near_axis import estimates, survey
+from kernels.near_axis import survey
 from sweeps.points import catalogue
 from sweeps.points.loading import read_sweep
 from sweeps.process import machine
 
 BARE = ("omega_squared", "omega_squared_stderr", "growth_rate", "frequency", "regime", "status")
 UNCERTIFIED = (*linear.NAMES, *(name for name in survey.MEASURED if name != "propagation_error"))
-FREE_OF_ERRORS = (  # neither errors nor columns that use them: regimes, rates, the log slope
-    *linear.NAMES,
-    *(c.name for c in estimates.COLUMNS if c.work in ("", estimates.CERTIFICATE, estimates.INVARIANTS)),
-)
-WITH_ERRORS = (*linear.NAMES, *(c.name for c in estimates.COLUMNS if c.work != estimates.LOG_SLOPE))
-WITHOUT_ERRORS = tuple(  # errors and their terms; the certificate is not one
-    name for name in WITH_ERRORS if "_error" not in name or name == "propagation_error"
-)
-WITHOUT_DRIFTS = (*linear.NAMES, *(c.name for c in estimates.COLUMNS if c.work != estimates.INVARIANTS))
 BLOCK = 2**15
 
 
@@ -58,10 +47,6 @@ def contenders(settings):
         "all columns, one core": (lambda part: survey.survey(part, *settings), 1),
         "all columns, two cores": (lambda part: survey.survey(part, *settings), 2),
         "all but the certificate": (lambda part: survey.survey(part, *settings, wanted=UNCERTIFIED), 1),
-        "all columns but the drifts": (lambda part: survey.survey(part, *settings, wanted=WITHOUT_DRIFTS), 1),
-        "all columns but the log slope": (lambda part: survey.survey(part, *settings, wanted=WITH_ERRORS), 1),
-        "... but errors": (lambda part: survey.survey(part, *settings, wanted=WITHOUT_ERRORS), 1),
-        "... but errors and regimes": (lambda part: survey.survey(part, *settings, wanted=FREE_OF_ERRORS), 1),
         "rates alone, one core": (lambda part: survey.measure_points(part, *settings, wanted=BARE), 1),
         "rates alone, two cores": (lambda part: survey.measure_points(part, *settings, wanted=BARE), 2),
         "exact propagator": (lambda part: survey.measure_points(part, *settings, propagator="exact", wanted=BARE), 1),
@@ -75,24 +60,9 @@ RATIOS = (
     ("two cores over one, rates alone", "rates alone, one core", "rates alone, two cores"),
     ("with certificates over without", "all columns, one core", "all but the certificate"),
     ("all columns over rates alone", "all columns, one core", "rates alone, one core"),
-    ("all columns over all but drifts", "all columns, one core", "all columns but the drifts"),
-    ("... over all but the log slope", "all columns, one core", "all columns but the log slope"),
-    ("with errors over without", "all columns but the log slope", "... but errors"),
-    ("... and without regimes, rates", "all columns but the log slope", "... but errors and regimes"),
     ("direct over exact", "rates alone, one core", "exact propagator"),
     ("full over collapsed", "measured, all columns", "measured, collapsed"),
 )
-
-
-def slope(settings, points, counts, rounds):
-    """Slope of the kernel's time against the number of points, in log-log: medians of interleaved rounds."""
-    times = {count: [] for count in counts}
-    for _ in range(rounds):
-        for count in counts:
-            resized = {name: np.resize(values, count) for name, values in points.items()}
-            times[count].append(seconds(lambda part: survey.survey(part, *settings), blocks(resized), 1))
-    medians = [statistics.median(times[count]) for count in counts]
-    return np.polyfit(np.log(counts), np.log(medians), 1)[0]
 
 
 def main(arguments=None):
@@ -121,8 +91,6 @@ def main(arguments=None):
     for name, above, below in RATIOS:
         ratios = [x / y for x, y in zip(times[above], times[below], strict=True)]
         print(f"{name:32s} {statistics.median(ratios):8.3f}  ({min(ratios):.3f} to {max(ratios):.3f})")
-    counts = [500, 1000, 2000] if tiny else [100_000, 300_000, 1_000_000, 3_000_000]
-    print(f"slope of time against points     {slope(settings, points, counts, 2 if tiny else 3):8.3f}")
 
 
 if __name__ == "__main__":

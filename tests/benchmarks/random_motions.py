@@ -1,11 +1,13 @@
-"""Errors of throws, tumblers, symmetric tops and attitudes: random definitions, column by column.
+"""Errors of free bodies, throws, tumblers, symmetric tops and attitudes: random definitions, column by column.
 
     python tests/benchmarks/random_motions.py [--definitions 2000] [--points 8] [--only twist] [--seed 1]
 
 Each parameter is drawn over its whole allowed range. Each column that has an error is compared with a reference that
-shares nothing with the kernels: of throws a Taylor series in long doubles (``tests/precise.py``), of tumblers and of
-the spin axis in space Legendre's integrals in 50 digits, of tops (I3/I1 - 1) omega3 in 40 digits. The table is that of
-``error_bars.py``; a value or an error that is missing must have a status that is not ``ok``.
+shares nothing with the kernels: of free bodies linear theory in 40 digits, of throws a Taylor series in long doubles
+(``tests/precise.py``), of tumblers and of the spin axis in space Legendre's integrals in 50 digits, of tops
+(I3/I1 - 1) omega3 in 200 digits. Each column has its coverage and its largest deviation over error, of all points and
+of the worst tenth (or kind) by any parameter. A value or an error that is missing must have a status that is not
+``ok``, and a regime that is not ``marginal`` must be that of the moments.
 """
 
 import argparse
@@ -26,18 +28,22 @@ from kernels.events import tumbling  # noqa: E402
 from kernels.free import linear  # noqa: E402
 
 PERIODS = tumbling.PERIODS
+RATES = {"omega_squared": 0, "growth_rate": 1, "frequency": 2}  # columns by their theory
 COLUMNS = {
+    "rigid_body": (*(f"{name}{end}" for name in RATES for end in ("", "_reduced")), "growth_rate_logslope"),
     "twist": ("twist", "time_of_turn"),
     "tumbling": PERIODS,
     "symmetric_top": ("precession_rate", "momentum_precession_rate"),
     "attitude": ("space_rate",),
 }
 BODY = ("body", "gap", "unit")
+SPIN = ("epsilon", "phase", "direction", "omega0", "spin", "axis", *BODY)
 PARAMETERS = {
+    "rigid_body": ("rotations", "samples_per_rotation", "tolerance", "propagator", "collapse", "samples_used", *SPIN),
     "twist": ("tolerance", "chi", "theta", "thrown", "omega0", *BODY),
     "tumbling": ("tolerance", "energy", "placed", "omega0", *BODY),
     "symmetric_top": ("tolerance", "rotations", "samples_per_rotation", "ratio", "shaped", "omega3", "half_angle"),
-    "attitude": tuple(x for x in error_bars.PARAMETERS if x not in ("propagator", "collapse", "samples_used")),
+    "attitude": ("rotations", "samples_per_rotation", "tolerance", *SPIN),
 }
 FASTEST = 20.0  # change of a racket, in L/I2: the series takes some ten steps in the time of one unit of it
 
@@ -119,6 +125,21 @@ def in_pairs(values):
     return first, np.array([float(x - f) if math.isfinite(f) else 0.0 for x, f in zip(values, first, strict=True)])
 
 
+def rigid_body_theory(table, is_known):
+    """Return Ω², growth rate and frequency of linear theory."""
+    pairs = np.empty((3, 2, is_known.size))
+    with mp.workdps(40):
+        for i, (axis, omega0) in enumerate(zip(table["axis"], table["omega0"], strict=True)):
+            a, b, c = (mp.mpf(float(table[f"I{(axis - 1 + k) % 3 + 1}"][i])) for k in range(3))
+            square = (a - b) * (a - c) / (b * c)
+            rate = mp.sqrt(abs(square)) * abs(float(omega0))
+            pairs[:, :, i] = np.transpose(
+                in_pairs([square * mp.mpf(float(omega0)) ** 2, rate * (square < 0), rate * (square > 0)])
+            )
+    theory = {name: RATES[name.removesuffix("_reduced").removesuffix("_logslope")] for name in COLUMNS["rigid_body"]}
+    return {name: pairs[number] for name, number in theory.items()}, is_known
+
+
 def twist_theory(table, is_known):
     """Return twist and time of the turn of throws with known numbers."""
     names = ("I1", "I2", "I3", "chi", "theta")
@@ -188,6 +209,8 @@ def integration_of(name, random, max_samples):
     from sweeps.systems.symmetric_top.system import TopIntegration
 
     like = error_bars.random_integration(random, max_samples)
+    if name == "rigid_body":
+        return like
     length = {"rotations": like.rotations, "samples_per_rotation": like.samples_per_rotation}
     if name in ("twist", "tumbling"):
         return Once(tolerance=like.tolerance)
@@ -203,8 +226,15 @@ def system_of(name):
     return systems.resolve("rigid_body" if name == "attitude" else name)
 
 
-GENERATORS = {"twist": throws, "tumbling": tumblers, "symmetric_top": tops, "attitude": error_bars.random_points}
-THEORY = {"twist": twist_theory, "tumbling": tumbling_theory, "symmetric_top": top_theory, "attitude": attitude_theory}
+GENERATORS = {"twist": throws, "tumbling": tumblers, "symmetric_top": tops}
+THEORY = {
+    "rigid_body": rigid_body_theory,
+    "twist": twist_theory,
+    "tumbling": tumbling_theory,
+    "symmetric_top": top_theory,
+    "attitude": attitude_theory,
+}
+MIN_NORMAL = sys.float_info.min
 
 
 def random_definitions(name, count, points, seed=1, max_samples=2e3):
@@ -215,7 +245,7 @@ def random_definitions(name, count, points, seed=1, max_samples=2e3):
     random, tables = np.random.default_rng(seed), []
     for _ in range(count):
         integration = integration_of(name, random, max_samples)
-        values, facts = GENERATORS[name](random, points)
+        values, facts = GENERATORS.get(name, error_bars.random_points)(random, points)
         settings = {k: np.full(points, getattr(integration, k)) for k in PARAMETERS[name] if hasattr(integration, k)}
         tables.append({**system_of(name).columns(values, integration), **values, **facts, **settings})
     table = {k: np.concatenate([table_of[k] for table_of in tables]) for k in tables[0]}
@@ -228,16 +258,16 @@ def random_definitions(name, count, points, seed=1, max_samples=2e3):
         table[f"{column} value"], table[f"{column} truth"] = value, first
         with np.errstate(all="ignore"):
             deviation = np.abs((value - first) - remainder)
-            table[column] = np.where(
-                is_requested & np.isfinite(value), np.where(deviation == 0.0, 0.0, deviation / error), np.nan
-            )
-        table[f"{column} lost"] = ~np.isfinite(value) | ~(error >= error_bars.MIN_NORMAL)
+            ratio = np.where((deviation == 0.0) & (error == 0.0), 0.0, deviation / error)
+            table[column] = np.where(is_requested & np.isfinite(value), ratio, np.nan)
+        table[f"{column} lost"] = ~np.isfinite(value) | ~(error >= MIN_NORMAL)
     return table
 
 
 def lost_in_silence(name, table):
     """Which points have status ok and a column without a number, or without a normal double as its error."""
-    is_missing = np.any([table[f"{column} lost"] for column in COLUMNS[name]], axis=0)
+    columns = ("omega_squared", "omega_squared_reduced") if name == "rigid_body" else COLUMNS[name]  # no rate is lost
+    is_missing = np.any([table[f"{column} lost"] for column in columns], axis=0)
     if name == "tumbling":  # modes mark points without a period
         is_missing &= np.isin(table["mode"], (tumbling.SAM, tumbling.LAM))
     if name == "attitude":  # the spin axis precesses about L if the motion encircles it
@@ -247,11 +277,48 @@ def lost_in_silence(name, table):
     return is_missing & (table["status"] == statuses.OK)
 
 
+def wrong_regimes(table):
+    """Which points of free bodies have a regime that is neither left open nor that of the moments."""
+    return ~np.isin(table["regime"], (-1, linear.MARGINAL)) & (table["regime"] != table["regime_theory"])
+
+
+def tenths(values):
+    """The tenth (0 to 9) that each value lies in; of words and few numbers, the number of the value."""
+    different, numbers = np.unique(values, return_inverse=True)
+    if different.size <= 10:
+        return numbers
+    return np.clip(np.searchsorted(np.quantile(values, np.linspace(0, 1, 11)), values, side="right") - 1, 0, 9)
+
+
+def of_columns(table, columns, parameters):
+    """Lines of a table of random definitions: each column, whole and in its worst tenth by any parameter."""
+    yield "| column | points | within the error | worst | least within, of a tenth | its worst |"
+    yield "|---|---|---|---|---|---|"
+    for name in columns:
+        ratio = table[name]
+        has_value = ~np.isnan(ratio)
+        tenth_parts = [
+            (parameter, tenth, has_value & (tenths(table[parameter]) == tenth))
+            for parameter in parameters
+            for tenth in range(10)
+        ]
+        tenth_parts = [(p, t, ratio[selection]) for p, t, selection in tenth_parts if selection.any()]
+        parameter, tenth, worst = min(tenth_parts, key=lambda part: np.mean(part[2] <= 1.0))
+        yield (
+            f"| {name} | {has_value.sum():,} | {100 * np.mean(ratio[has_value] <= 1.0):.3f} % | "
+            f"{ratio[has_value].max():.2f} | "
+            f"{100 * np.mean(worst <= 1.0):.2f} % ({parameter}, {tenth + 1}) | {worst.max():.2f} |"
+        )
+
+
 def lines(name, table):
     """Lines of the table of one system."""
-    spin = np.abs(table["omega0"]) if name == "attitude" else 0.0
+    spin = np.abs(table["omega0"]) if "spin" in PARAMETERS[name] else 0.0
     yield f"{name}:"
-    yield from error_bars.of_columns(table | {"spin": spin}, COLUMNS[name], PARAMETERS[name])
+    yield from of_columns(table | {"spin": spin}, COLUMNS[name], PARAMETERS[name])
+    if name == "rigid_body":
+        marginal = np.mean(table["regime"] == linear.MARGINAL)
+        yield f"{wrong_regimes(table).sum()} wrong regimes, {100 * marginal:.1f} % marginal"
     yield (
         f"{table['told'].size:,} points: {table['told'].sum():,} measured, {table['asked'].sum():,} with a reference, "
         f"{np.sum(table['status'] != statuses.OK):,} with a status that is not ok, "

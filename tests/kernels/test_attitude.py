@@ -11,7 +11,6 @@ from precise import Textbook, taylor
 from scipy.spatial.transform import Rotation
 
 from kernels.free import attitude, direct, exact, rigid_body
-from kernels.free import taylor as steps_of
 
 ULP = 2.0**-52
 CASES = {
@@ -165,16 +164,6 @@ def test_far_on_the_separatrix_the_body_spins_on_about_its_middle_axis():
         np.testing.assert_allclose(rotation.as_rotvec(), [0.0, 0.1 * w2, 0.0], atol=3e-11)
 
 
-@pytest.mark.usefixtures("plain")
-def test_random_starts_solve_the_differential_equation():
-    rng = np.random.default_rng(8)
-    for _ in range(8):
-        moments, start = rng.uniform(0.4, 1.2, 3), rng.normal(size=3)
-        expected = taylor(moments, start, [3.0], order=26, with_attitude=True)[0][3:]
-        assert angle(exact.attitude(moments, start, [3.0])[0], expected) <= bar(start, 3.0)
-        assert angle(direct.attitude(moments, start, [3.0], 1e-12)[0], expected) <= 1e-12
-
-
 def test_momentum_stands_still_in_space():
     moments, start, times = (1.0, 2.0, 3.0), (0.2, -0.9, 0.4), np.linspace(-9.0, 9.0, 50)
     q = exact.attitude(moments, start, times)
@@ -214,22 +203,6 @@ def test_exact_steps(name):
         expected, bar = exact.attitude(moments, start, times), 2e-15 * np.linalg.norm(start) * times + 1e-14
         assert (angles_between(attitudes, expected) <= bar).all(), (angles_between(attitudes, expected) / bar).max()
         np.testing.assert_allclose(np.linalg.norm(attitudes, axis=1), 1.0, rtol=7e-16)
-
-
-def test_a_bent_coefficient_of_the_direct_step_is_seen():
-    moments, start = (1.0, 2.0, 3.0), (0.3, 0.8, 0.9)
-    expected = exact.attitude(moments, start, [6.0])
-    turn_12 = steps_of.turn_12
-
-    def run(half):
-        k = np.array([-1.0, 1.0, -1 / 3]) * 0.1
-        state = (*start, 1.0, 0.0, 0.0, 0.0)
-        for _ in range(60):
-            state = turn_12(*state, *k, half)
-        return np.array([state[3:]])
-
-    assert angles_between(run(0.05), expected)[0] < 1e-13
-    assert angles_between(run(0.05 * (1 + 1e-9)), expected)[0] > 1e-9
 
 
 @pytest.mark.parametrize("function", [exact.attitude, lambda *a, **k: direct.attitude(*a[:3], 1e-10, **k)])

@@ -1,5 +1,4 @@
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,10 +16,3 @@ def test_blocks_hold_every_point_once_by_kind_and_sorted(keys, levels):
         if kinds[k] != kinds[k - 1] or k - expected[-1] == W:
             expected.append(k)
     assert starts.tolist() == [*expected, keys.size]
-
-
-@pytest.mark.parametrize("count", [1, W - 1, W, W + 1, 2 * W, 2 * W + 1])
-def test_a_block_holds_w_points_and_the_last_one_what_is_left(count):
-    order, starts = cut(np.full(count, 5, dtype=np.int64), 1)
-    assert order.tolist() == list(range(count))
-    assert starts.tolist() == [*range(0, count, W), count]

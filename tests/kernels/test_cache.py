@@ -12,8 +12,6 @@ import pytest
 from calls import python
 
 from kernels.compile import cache, fingerprint
-from kernels.events import twist
-from kernels.near_axis import near_axis_block
 
 ROOT = Path(cache.__file__).parents[2]
 SOURCE = """\
@@ -156,19 +154,6 @@ def test_last_bits_do_not_depend_on_what_was_compiled_before(tmp_path):
 
     assert measured("other", True) == ""  # the code that both call is then loaded from the cache
     assert measured("other", False) == measured("empty", False) != ""
-
-
-def test_a_stamp_covers_the_file_and_what_it_imports_of_kernels(tmp_path):
-    block, twist_files = (fingerprint._with_imports({Path(module.__file__)}) for module in (near_axis_block, twist))
-    block_stems, twist_stems = ({path.stem for path in paths} for paths in (block, twist_files))
-    assert {"near_axis_block", "measure", "jit", "exact"} <= block_stems
-    assert "twist" not in block_stems
-    assert "near_axis_block" not in twist_stems
-    (tmp_path / "generated.py").write_text("from kernels.compile.llvm_formulas import lines\n")
-    before = fingerprint.stamp(tmp_path / "generated.py")
-    (tmp_path / "generated.py").write_text("from kernels.compile.llvm_formulas import lines\n\n")
-    fingerprint.stamp.cache_clear()
-    assert fingerprint.stamp(tmp_path / "generated.py") != before
 
 
 @pytest.mark.slow

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from kernels.compile import columns
-from kernels.compile.columns import Column
 from kernels.estimator import statuses
 from kernels.events import flips
 from kernels.near_axis import survey
@@ -29,17 +28,6 @@ def test_every_measured_variable_of_a_map_is_a_column():
     names = [column.name for column in EVERY]
     assert len(set(names)) == len(names)
     assert set(names) | set(theory) == set(MAP)
-
-
-def test_a_column_without_a_power_cannot_be_written():
-    with pytest.raises(TypeError, match="power"):
-        Column("forgotten")
-
-
-def test_numbers_are_the_places_in_the_table():
-    assert tuple(column.name for column in flips.COLUMNS) == flips.AT._fields
-    assert tuple(flips.AT) == tuple(range(len(flips.COLUMNS)))
-    assert columns.numbers(("b", "a"))._asdict() == {"b": 0, "a": 1}
 
 
 def test_every_status_has_its_number():

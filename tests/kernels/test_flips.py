@@ -4,7 +4,7 @@ from naive import bodies
 from numba import config
 
 from kernels.events import flips
-from kernels.free import exact, rigid_body
+from kernels.free import rigid_body
 from kernels.near_axis import survey
 
 
@@ -137,13 +137,3 @@ def test_broken_points_are_left_out():
     for name in flips.MEASURED:
         assert np.isnan(partly_invalid[name][3])
         np.testing.assert_array_equal(plain[name][valid], partly_invalid[name][valid], err_msg=name)
-
-
-def test_the_closed_form_has_the_axis_it_is_asked_for():
-    flip_columns = columns(dict(zip(NAMES, (1.0, 2.0, 2.7, np.array([1, 2, 3]), 1.5, 1e-2, 0.6), strict=True)))
-    for axis in (1, 2, 3):
-        start = np.roll([1.5, 1.5e-2 * np.cos(0.6), 1.5e-2 * np.sin(0.6)], axis - 1)
-        assert flip_columns["max_tilt_exact"][axis - 1] == pytest.approx(
-            exact.max_tilt(exact.set_up(1.0, 2.0, 2.7, *start), axis), rel=1e-14
-        )
-    assert np.isfinite(flip_columns["flip_period_exact"]).tolist() == [False, True, False]

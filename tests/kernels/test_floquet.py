@@ -86,14 +86,6 @@ def test_a_multiplier_of_1e13_decides_alone(kind, regime, second_pair):
     np.testing.assert_allclose(columns["growth_per_period"], np.log(1e13), rtol=1e-13)  # ten roundings of the matrix
 
 
-def test_the_fourth_condition_is_needed():
-    """Real pairs of one sign have both determinants and D positive: only |a| > 4 separates them."""
-    M = np.diag([2.0, 1.5, 0.5, 1 / 1.5])[None]
-    columns = floquet.multiplier_columns(floquet.Matrices(M, np.full(M.shape, 1e-15)), np.ones(1))
-    assert all(columns[name][0] > 0 for name in ("krein_discriminant", "det_minus_identity", "det_plus_identity"))
-    assert columns["regime"] == NAMES["unstable"]
-
-
 def test_errors_of_invariants_hold_for_random_changes_of_the_entries():
     """200 matrices, entries moved within their errors: each column moves within its own."""
     rng = np.random.default_rng(5)

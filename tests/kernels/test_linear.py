@@ -89,12 +89,3 @@ def test_backwards_in_time_the_shares_change_places(phase, moments):
     unstable = linear.regime(*moments, AXES) == linear.UNSTABLE
     np.testing.assert_allclose((forwards + backwards)[unstable], 1.0, rtol=4 * ULP)
     assert (growing_fraction(*moments, -1.0, AXES, -phase) == forwards).all()
-
-
-def test_growing_fraction_is_one_on_the_mode_and_nothing_across_it():
-    body = (1.0, 2.0, 3.0)
-    _, cb, cc = coefficients(*body, 2)
-    grows = np.arctan2(np.sqrt(cc), np.sqrt(cb)) if cb > 0 else -np.arctan2(np.sqrt(-cc), np.sqrt(-cb))
-    assert growing_fraction(*body, 1.0, 2, grows) == pytest.approx(1.0, abs=4 * ULP)
-    assert growing_fraction(*body, 1.0, 2, -grows) == pytest.approx(0.0, abs=4 * ULP)
-    assert growing_fraction(*body, -1.0, 2, grows) == pytest.approx(0.0, abs=4 * ULP)

@@ -24,19 +24,6 @@ def second(x, x1, x2):
     return x - 2 * x1 + x2
 
 
-@given(SAMPLE, SAMPLE, SAMPLE)
-def test_second_difference(x, x1, x2):
-    exact = second(*fractions(x, x1, x2))
-    # half an ulp of each of the two differences and an ulp of their difference
-    allowed = ULP * (abs(x - x1) + abs(x1 - x2))
-    assert abs(fractions(measure.second_difference(x, x1, x2))[0] - exact) <= allowed
-
-
-def test_second_difference_of_close_samples_is_exact():
-    h = 2.0**-30
-    assert measure.second_difference(1 + 3 * h, 1 + h, 1.0) == h
-
-
 @given(TRIPLES)
 def test_first_guess_is_the_least_squares_D_of_three_samples(samples):
     b, c, b1, c1, b2, c2 = fractions(*samples)
@@ -117,34 +104,6 @@ def test_estimate_whatever_the_guess_is_the_least_squares_fit(guess):
         assert value == pytest.approx(expected, rel=1e-11, abs=0)
         # after a guess far off the scatter is a difference of sums 1e5 times as large
         assert stderr == pytest.approx(expected_stderr, rel=1e-9, abs=0)
-
-
-@pytest.mark.parametrize("rate", [1e-3, 0.1, 0.9])
-def test_signed_rate_of_known_motions(rate):
-    t = SPACING * np.arange(65)
-    wave = np.stack([np.cos(rate * t), 0.3 * np.sin(rate * t)], axis=1)
-    growth = np.stack([np.cosh(rate * t), 0.3 * np.sinh(rate * t)], axis=1)
-    # rounding of the samples, 1e-16, over the second difference (rate h)²
-    allowed = 1e-15 / (rate * SPACING) ** 2 + 1e-14
-    assert signed_rate(wave, SPACING)[0] == pytest.approx(rate**2, rel=allowed, abs=0)
-    assert signed_rate(growth, SPACING)[0] == pytest.approx(-(rate**2), rel=allowed, abs=0)
-    for motion in (wave, growth):
-        stderr = signed_rate(motion, SPACING)[1]
-        assert 0 <= stderr <= allowed * rate**2
-
-
-def test_signed_rate_of_a_decay_of_one_component_alone():
-    decay = np.stack([np.exp(-0.5 * SPACING * np.arange(65)), np.zeros(65)], axis=1)
-    for samples in (decay, decay[:, ::-1]):
-        assert signed_rate(samples, SPACING)[0] == pytest.approx(-0.25, rel=1e-13, abs=0)
-
-
-def test_signed_rate_of_a_secular_motion_is_nothing():
-    t = SPACING * np.arange(65)
-    value, stderr = signed_rate(np.stack([1 + 0.05 * t, np.full(65, 0.7)], axis=1), SPACING)
-    # rounding of the samples, 2e-16 each, over h²
-    assert abs(value) <= 2e-15
-    assert abs(value) <= 5 * stderr
 
 
 @given(st.floats(0.01, 1.2), st.floats(0, 6.3), st.floats(-30, 30), st.booleans())

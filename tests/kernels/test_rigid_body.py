@@ -48,20 +48,6 @@ def test_euler_coefficients_are_right_to_two_roundings(moments):
         assert np.sign(ours) == (exact > 0) - (exact < 0)
 
 
-@given(moment_triples())
-def test_euler_coefficients_obey_their_identity(moments):
-    ca, cb, cc = rigid_body.euler_coefficients(*moments)
-    terms = np.array([ca, cb, cc, ca * cb * cc])
-    # c_a + c_b + c_c + c_a c_b c_c = 0 for any three numbers; two roundings a factor
-    assert abs(terms.sum()) <= 8 * ULP * np.abs(terms).sum()
-
-
-@given(moment_triples(), st.integers(-200, 200))
-def test_a_common_power_of_two_leaves_the_coefficients(moments, exponent):
-    scaled = [m * 2.0**exponent for m in moments]
-    assert rigid_body.euler_coefficients(*scaled) == rigid_body.euler_coefficients(*moments)
-
-
 @given(moment_triples(), RATES)
 def test_derivative_is_the_torque_free_cross_product(moments, omega):
     moments, omega = np.array(moments), np.array(omega)

@@ -194,16 +194,6 @@ def test_a_mode_that_was_not_moved_is_said():
     assert np.isnan(spectra.eigenvalues).all()
 
 
-def test_a_point_does_not_depend_on_its_neighbours():
-    clean = motions(generator([1j, 2.3j]), 70, 2)
-    noise = np.array([1e-2, 1e-5, 1e-9, 1e-15])[np.arange(40) % 4]  # points that need one step, two and more, mixed
-    data = clean + noise[:, None, None, None] * np.random.default_rng(6).normal(size=(40, *clean.shape))
-    together = measure(data, SPACING)
-    for i in (0, 1, 2, 3, 31, 32, 39):
-        alone = measure(data[i], SPACING)
-        assert all(np.array_equal(a, b[i], equal_nan=True) for a, b in zip(alone, together, strict=True))
-
-
 def test_time_scales_out():
     clean = motions(generator([0.2 + 1.3j, -0.2 + 1.3j]), 70, 2)
     slow, fast = measure(clean, SPACING), measure(clean, SPACING / 1024)
