@@ -82,9 +82,8 @@ def differences(facts):
 
 def test_numbers_on_the_pages_are_those_measured(tmp_path):
     """Numbers of the two maps that take less than a second; the slow build checks all maps."""
-    maps = {
-        name: evidence.measure_map(name, evidence.definitions()[name], tmp_path, print) for name in ("racket", "wobble")
-    }
+    definitions = evidence.definitions()
+    maps = {n: evidence.measure_map(n, definitions[n], tmp_path, print) for n in ("racket", "wobble")}
     facts = evidence.measure_numbers(maps, print)
     assert len(facts) > 20
     assert list(differences(facts)) == []
@@ -162,9 +161,8 @@ def test_no_sweep_takes_the_folder_of_the_handbook(tmp_path):
         catalogue.plan_sweep(path)
 
 
-CONTENTS = {name: (f"{name}.png", "") for name in gallery.names()} | {
-    "gyrostat": ("gyrostat.gif", "A rotor of h/W > 1 holds it")
-}
+CONTENTS = {name: (f"{name}.png", "") for name in gallery.names()}
+CONTENTS["gyrostat"] = ("gyrostat.gif", "A rotor of h/W > 1 holds it")
 
 
 def test_the_gallery_has_every_sweep_that_ships():
@@ -203,23 +201,17 @@ def test_a_film_of_a_card_moves_for_two_seconds(values):
 
 
 def test_a_reduced_sweep_is_small_and_else_the_same():
-    values = {
-        "system": "pendulum",
-        "grid": {"x": {"start": 0, "stop": 1, "num": 500}, "y": {"start": 0, "stop": 1, "num": 300}, "z": 1.0},
-    }
-    grid = gallery.reduce_points(values)["grid"]
+    sides = {name: {"start": 0, "stop": 1, "num": num} for name, num in (("x", 500), ("y", 300))}
+    grid = gallery.reduce_points({"system": "pendulum", "grid": sides | {"z": 1.0}})["grid"]
     assert grid["x"]["num"] * grid["y"]["num"] <= gallery.MAX_GRID_POINTS
     assert (grid["x"]["start"], grid["x"]["stop"], grid["z"]) == (0, 1, 1.0)
 
 
-def test_an_accent_stands_over_its_letter_and_the_index_beside_both():
+def test_accents_limits_functions_and_signs_of_xml_in_formulas():
     mathml = "".join(formulas.mathml(r"\dot q_i = \sum_k^n x_k").split())
     assert '<msub><moveraccent="true"><mi>q</mi><mostretchy="false">˙</mo></mover><mi>i</mi></msub>' in mathml
     assert '<munderover><momovablelimits="true">∑</mo><mi>k</mi><mi>n</mi></munderover>' in mathml
-
-
-def test_functions_and_signs_of_xml_in_formulas():
-    """docutils writes an entity of HTML between a function and its argument."""
+    # docutils writes an entity of HTML between a function and its argument
     text = "".join(ElementTree.fromstring(formulas.mathml(r"\cos x < 1")).itertext())
     assert "".join(text.split()) == "cos\u2061x<1"
 

@@ -71,9 +71,8 @@ def test_rows_are_those_of_mpmath_rounded(name, shipped):
             sign = 1 if sum(float(x) * y for x, y in zip(row[:4], expected[:4], strict=True)) > 0 else -1
             computed = [sign * x for x in row[:4]] + [x / degrees for x in row[4:]]
             for x, y in zip(computed, expected, strict=True):
-                assert (
-                    abs(x - mp.mpf(float(y))) <= 2.0**-53 * abs(y) + 1e-40
-                )  # rounding to a double; the digits asked for
+                # rounding to a double; the digits asked for
+                assert abs(x - mp.mpf(float(y))) <= 2.0**-53 * abs(y) + 1e-40
 
 
 def test_parameters_are_those_that_the_titles_give():
@@ -126,9 +125,8 @@ def test_the_table_lists_them(folder, shipped):
     assert [line.split(",")[0] for line in lines[1:]] == NAMES
     start = lines[1 + NAMES.index("separatrix_12")].split(",")
     assert start[1:8] == ["1", "2", "3", "9.5367431640625e-07", "0.95367431640625", "0", "rad s-1"]
-    assert sorted(path.name for path in folder.iterdir()) == sorted(
-        ["cases.csv", *(f"{name}{suffix}" for name in NAMES for suffix in motion.FORMATS)]
-    )
+    files = ["cases.csv", *(f"{name}{suffix}" for name in NAMES for suffix in motion.FORMATS)]
+    assert sorted(path.name for path in folder.iterdir()) == sorted(files)
 
 
 def test_cases_are_written_all_or_not_at_all(tmp_path, monkeypatch, capsys):

@@ -46,12 +46,8 @@ def test_every_map_of_the_system_has_its_picture(tops, tmp_path):
     single_point = tops.isel(ratio=[0], omega3=[0], half_angle=[0])  # the pictures of all points are drawn above
     paths = list(figures.draw_all(single_point, tmp_path))
     assert [path.name for path in paths] == ["precession.png", "cones.png", "theory_against_measured.png"]
-    sizes = {path.name: path.stat().st_size for path in paths}
-    assert min(sizes.values()) > 20_000, sizes
-
-
-def test_a_sphere_has_no_cones(tops):
-    assert figure_tops.draw_cones(tops.isel(ratio=[1])) is None
+    assert min(path.stat().st_size for path in paths) > 20_000
+    assert figure_tops.draw_cones(tops.isel(ratio=[1])) is None  # a sphere has none
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.8])

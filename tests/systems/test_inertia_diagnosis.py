@@ -101,9 +101,8 @@ def confusion(count, seed):
         while len(ranks) < count:
             tensor, evidence = spoil(cause, rng)
             if (tensor == tensor.T).all():  # as files print them
-                tensor = np.vectorize(lambda value, digits: float(f"{value:.{digits}g}"))(
-                    tensor, rng.choice([5, 9, 17])
-                )
+                digits = rng.choice([5, 9, 17])
+                tensor = np.vectorize(lambda value, digits=digits: float(f"{value:.{digits}g}"))(tensor)
             if check_tensor(tensor, evidence).problems:
                 rank, names = rank_of(cause, tensor, evidence)
                 ranks.append(rank)
@@ -115,12 +114,9 @@ def confusion(count, seed):
 @pytest.mark.parametrize(("count", "seed"), [(10, 1), pytest.param(30, 2, marks=pytest.mark.slow)])
 def test_the_cause_is_listed_and_mostly_first(count, seed):
     table = confusion(count, seed)
-    for cause, (num_listed, num_first, firsts) in table.items():
-        print(f"{cause:20s} listed {num_listed:4d} first {num_first:4d} of {count}", dict(firsts.most_common()))
     num_listed, num_first = np.sum([row[:2] for row in table.values()], axis=0) / (count * len(CAUSES))
-    print(f"listed {100 * num_listed:.2f} %, first or tied {100 * num_first:.2f} %")
-    assert num_listed >= 0.99
-    assert num_first >= 0.95
+    assert num_listed >= 0.99, table
+    assert num_first >= 0.95, table
 
 
 def test_no_cause_is_found_in_sound_tensors():
@@ -166,9 +162,8 @@ def test_causes_of_public_tensors(cause):
 @pytest.mark.parametrize("scale", [1e-300, 1e-47, 1.0, 8e37, 1e300])
 def test_the_diagnosis_does_not_depend_on_the_unit(scale):
     tensor = np.array(PUBLIC["product_sign"])[[[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
-    assert [repair.cause for repair in diagnose(scale * tensor).repairs] == [
-        repair.cause for repair in diagnose(tensor).repairs
-    ]
+    causes, scaled_causes = ([repair.cause for repair in diagnose(x * tensor).repairs] for x in (1.0, scale))
+    assert scaled_causes == causes
 
 
 def test_a_negative_tensor_with_its_centre_of_mass_had_the_parallel_axis_term_subtracted():
@@ -182,11 +177,9 @@ def test_a_rotation_of_one_side_is_undone_exactly():
     rng = np.random.default_rng(6)
     tensor, _ = random_body(rng, 1.0)
     rotation = Rotation.random(random_state=rng).as_matrix()
-    rotated = rotation @ tensor @ rotation.T
+    repaired = diagnose(rotation @ tensor).repairs[0].tensor
     # the polar decomposition is right to some roundings of the tensor
-    np.testing.assert_allclose(
-        diagnose(rotation @ tensor).repairs[0].tensor, rotated, rtol=0, atol=1e-14 * tensor.max()
-    )
+    np.testing.assert_allclose(repaired, rotation @ tensor @ rotation.T, rtol=0, atol=1e-14 * tensor.max())
     written = np.triu(rotation @ np.diag([1.0, 2.0, 2.9])) + np.triu(rotation @ np.diag([1.0, 2.0, 2.9]), 1).T
     diagnosis = diagnose(written, Evidence(rotation=rotation))
     assert "one_sided" in [repair.cause for repair in diagnosis.repairs]
@@ -199,7 +192,7 @@ def test_a_rotation_of_one_side_is_undone_exactly():
         (("--tensor", 1, 0, 0, 0, 2, 0, 0, 0, 2.5, "--mass", -1), "body: mass: -1 is out of range"),
         (
             ("--tensor", 1, 0, 0, 0, 2, 0, 0, 0, 2.5, "--size", 1, 1, "1 kg"),
-            "body: size: [1, 1, '1 kg'] has the unit 'kg'; allowed: m",
+            "size: [1, 1, '1 kg'] has the unit 'kg'",
         ),
     ],
 )
@@ -219,6 +212,5 @@ def test_command_and_function_report_the_diagnosis(capsys):
     assert facts["diagnosis"]["causes"][0]["cause"] == "units"
     rotation = Rotation.from_quat(facts["principal_quaternion"], scalar_first=True)
     np.testing.assert_allclose(rotation.as_matrix(), np.transpose(facts["principal_axes"]), atol=1e-15)
-    np.testing.assert_allclose(
-        Rotation.from_euler("xyz", facts["principal_rpy"]).as_matrix(), rotation.as_matrix(), atol=1e-15
-    )
+    by_angles = Rotation.from_euler("xyz", facts["principal_rpy"])
+    np.testing.assert_allclose(by_angles.as_matrix(), rotation.as_matrix(), atol=1e-15)

@@ -254,7 +254,9 @@ def test_open_surfaces_and_sheets_are_refused(tmp_path):
     missing = rng.permutation(len(mesh.faces))[: rng.integers(1, 20)]
     opened = mesh.copy()
     opened.update_faces(~np.isin(np.arange(len(mesh.faces)), missing))
-    assert "is not watertight" in refusal(tmp_path, opened)
+    edges = {tuple(edge) for edge in np.sort(opened.edges, axis=1).tolist()}
+    assert "is not watertight: " in (words := refusal(tmp_path, opened))
+    assert f" of its {len(edges)} edges" in words
     doubled = mesh.copy()
     doubled.faces = np.concatenate([mesh.faces, mesh.faces[missing]])
     assert "is not watertight" in refusal(tmp_path, doubled)

@@ -33,9 +33,8 @@ def test_few_faces_stay_as_they_are_and_come_back_from_text():
     np.testing.assert_array_equal(np.reshape(surface["faces"], (-1, 3)), box.faces)
     far = np.linalg.norm([1.5, 1.0, 0.5])
     coordinates = np.reshape(surface["vertices"], (-1, 3)) / outline.COORDINATE_SCALE * far
-    np.testing.assert_allclose(
-        coordinates, box.vertices, atol=far / outline.COORDINATE_SCALE
-    )  # half a unit, and a rounding
+    unit = far / outline.COORDINATE_SCALE
+    np.testing.assert_allclose(coordinates, box.vertices, atol=unit)  # half of it, and a rounding
 
 
 def test_a_solid_lies_along_its_principal_axes(tmp_path):
@@ -44,9 +43,7 @@ def test_a_solid_lies_along_its_principal_axes(tmp_path):
     box.apply_translation((5.0, -3.0, 2.0))
     box.export(tmp_path / "box.stl")
     vertices, _ = inertia.solid(tmp_path / "box.stl", mass=1.0).surface
-    np.testing.assert_allclose(
-        np.abs(vertices), np.tile([1.5, 1.0, 0.5], (8, 1)), atol=1e-5
-    )  # STL has single precision
+    np.testing.assert_allclose(np.abs(vertices), np.tile([1.5, 1.0, 0.5], (8, 1)), atol=1e-5)  # of single precision
 
 
 def test_bodies_share_the_faces():
@@ -60,14 +57,8 @@ def test_bodies_share_the_faces():
     assert outline.format_outlines({}) == ""
 
 
-INVALID_OUTLINES = (
-    [1, 0, 0, 0],
-    [2, 0, 0, 0],
-    [1, 0, 0, 0, 0, 0, 1],
-    [1, 0, 0, 0, 0, 0],
-    [60000, 1, 2, 3],
-    [1, 0, 0, 0] + [0] * 3 * (outline.MAX_FACES + 1),
-)
+INVALID_OUTLINES = ([1, 0, 0, 0], [2, 0, 0, 0], [1, 0, 0, 0, 0, 0, 1], [1, 0, 0, 0, 0, 0], [60000, 1, 2, 3])
+INVALID_OUTLINES += ([1, 0, 0, 0] + [0] * 3 * (outline.MAX_FACES + 1),)
 
 
 @pytest.mark.parametrize(

@@ -54,12 +54,6 @@ def small(name):
     return read_sweep({"system": name} | SMALL[name])
 
 
-def refusal(grid, **more):
-    with pytest.raises(DefinitionError) as error:
-        read_sweep({"system": "symmetric_top", "grid": grid} | more)
-    return str(error.value)
-
-
 # described systems: test_oscillator.py; those that derive their equations take seconds
 @pytest.mark.parametrize("name", repeated.but({*systems.MODULES} - {"orbit", "pumped_body"}, systems.MODULES))
 def test_a_system_says_all_that_its_map_holds(name):
@@ -138,22 +132,53 @@ def test_points_of_several_axes_are_each_what_they_are_alone(order):
         }
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"ratio": 0.0}, "grid.ratio: 0.0 is out of range; allowed: a number > 0"),
-        ({"ratio": [0.5, -1.0]}, "grid.ratio[1]: -1.0 is out of range; allowed: a number > 0"),
-        ({"omega3": 0.0}, "grid.omega3: 0.0 is out of range; allowed: a number with 1e-150 ≤ |omega3| ≤ 1e150"),
-        ({"omega3": {"start": -1.0, "stop": 1.0, "num": 3}}, "holds the spin rate about the figure axis 0"),
-        ({"half_angle": 90.0}, "grid.half_angle: 90.0 is out of range; allowed: a number with 0 < half_angle < 90"),
-        ({"half_angle": 0.0}, "at 0 nothing precesses"),
-        ({"half_angle": {"start": 1.0, "stop": 90.0, "num": 3}}, "grid.half_angle.stop: 90.0 is out of range"),
-        ({"halfangle": 3.0}, "is an unknown key (did you mean half_angle?); allowed: the keys ratio, omega3"),
-        ({"epsilon": 1e-6}, "grid.epsilon: is an unknown key; allowed: the keys ratio, omega3, half_angle"),
-    ],
-)
-def test_tops_that_are_refused(changes, message):
-    assert message in refusal(TOP | changes)
+RACKET = {"name": "racket", "I1": 0.00121, "I2": 0.01638, "I3": 0.01748}
+THROWS = {"system": "twist", "bodies": [RACKET]}
+TUMBLES = {"system": "tumbling", "grid": {"I1": [0.3, 0.5], "I2": 0.8, "I3": 1.0, "energy": [1.1, 1.4, 2.5]}}
+BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
+REFUSED_GRIDS = [  # of a symmetric top
+    ({"ratio": 0.0}, "grid.ratio: 0.0 is out of range; allowed: a number > 0"),
+    ({"ratio": [0.5, -1.0]}, "grid.ratio[1]: -1.0 is out of range; allowed: a number > 0"),
+    ({"omega3": 0.0}, "grid.omega3: 0.0 is out of range; allowed: a number with 1e-150 ≤ |omega3| ≤ 1e150"),
+    ({"omega3": {"start": -1.0, "stop": 1.0, "num": 3}}, "holds the spin rate about the figure axis 0"),
+    ({"half_angle": 90.0}, "grid.half_angle: 90.0 is out of range; allowed: a number with 0 < half_angle < 90"),
+    ({"half_angle": 0.0}, "at 0 nothing precesses"),
+    ({"half_angle": {"start": 1.0, "stop": 90.0, "num": 3}}, "grid.half_angle.stop: 90.0 is out of range"),
+    ({"halfangle": 3.0}, "is an unknown key (did you mean half_angle?); allowed: the keys ratio, omega3"),
+    ({"epsilon": 1e-6}, "grid.epsilon: is an unknown key; allowed: the keys ratio, omega3, half_angle"),
+]
+REFUSED_UNCERTAINTIES = [  # with one body
+    ({"uncertainty": "100 %"}, "uncertainty: '100 %' is 100 %; allowed: a fraction from 0 to below 1"),
+    ({"uncertainty": 5}, "uncertainty: 5 is 500 %"),
+    ({"uncertainty": {"moment": "5 %"}}, "uncertainty.moment: is an unknown key (did you mean moments?)"),
+    ({"uncertainty": {"covariance": np.diag([1, -1, 1]).tolist()}}, "is not positive"),
+    ({"uncertainty": {"covariance": [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]}}, "is not symmetric"),
+    ({"uncertainty": {"covariance": np.diag([1.1, 0, 0]).tolist()}}, "uncertainty of 104.9 %, entry 1"),
+    ({"uncertainty": {"tensor": "5 %"}}, "for a body without a tensor"),
+    ({"uncertainty": "5 %", "draws": 10}, "draws: 10 is out of range"),
+    ({"uncertainty": "5 %", "method": "halton"}, "method: 'halton' is not available"),
+    ({"uncertainty": "5 %", "bodies": [BODY | {"I3": 3.5}]}, "of any rigid body: I3 = 3.5 > I1 + I2 = 3"),
+    ({"bodies": [BODY | {"uncertainty": "5 %"}, BODY | {"name": "B"}]}, "bodies[1] (B).uncertainty: is missing"),
+]
+REFUSED = [
+    *(({"system": "symmetric_top", "grid": TOP | grid}, message) for grid, message in REFUSED_GRIDS),
+    *(({"bodies": [BODY]} | changes, message) for changes, message in REFUSED_UNCERTAINTIES),
+    (THROWS | {"grid": {"chi": 0.1, "theta": 4.0}}, "theta"),
+    (THROWS | {"grid": {"chi": 0.1, "omega0": 0.0}}, "omega0"),
+    (THROWS | {"grid": {"chi": 0.1, "I1": 1.0}}, "moments in bodies or in grid, not both"),
+    (TUMBLES | {"grid": TUMBLES["grid"] | {"energy": 0.9}}, "a number from 1 to I_max/I_min"),
+    (TUMBLES | {"grid": TUMBLES["grid"] | {"energy": [1.1, 9.0]}}, "above the maximum of every body of the sweep"),
+    (TUMBLES | {"grid": {"energy": 1.1}}, "I1"),
+    ({"system": "tumbling", "bodies": [RACKET | {"energy": 20.0}]}, "1 to I_max/I_min = 14.4"),
+    (TUMBLES | {"integration": {"rotations": 3}}, "rotations"),
+]
+
+
+@pytest.mark.parametrize(("definition", "message"), REFUSED)
+def test_definitions_that_are_refused(definition, message):
+    with pytest.raises(DefinitionError) as error:
+        read_sweep(definition)
+    assert message in str(error.value)
 
 
 def test_the_earth_by_the_lectures_ratio_takes_305_days():

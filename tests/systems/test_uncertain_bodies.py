@@ -11,9 +11,7 @@ import scipy
 import sweeps
 from kernels.free import exact, linear
 from sweeps.__main__ import main
-from sweeps.points.loading import read_sweep
 from sweeps.schema.definition import Integration
-from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.uncertain_bodies import designs, measuring, possible
 from sweeps.systems.uncertain_bodies.distribution import Distribution, relative_covariance
 from sweeps.systems.uncertain_bodies.system import UncertainIntegration
@@ -336,31 +334,3 @@ def test_twists_of_draws_are_those_of_the_motion_integrated_by_scipy():
         states = np.column_stack([run.y[:, run.t < run.t_events[0][run.t_events[0] > 0.1][0]], end])
         azimuth = euler.azimuth((states[:3] * moments[:, None]).T, np.array([1.0, 0.0, 0.0]))  # of L, about the handle
         assert float(draw["twist_draw"]) == pytest.approx(abs(azimuth[-1] - azimuth[0]), abs=1e-8)
-
-
-BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"uncertainty": "100 %"}, "uncertainty: '100 %' is 100 %; allowed: a fraction from 0 to below 1"),
-        ({"uncertainty": 5}, "uncertainty: 5 is 500 %"),
-        ({"uncertainty": {"moment": "5 %"}}, "uncertainty.moment: is an unknown key (did you mean moments?)"),
-        ({"uncertainty": {"covariance": np.diag([1, -1, 1]).tolist()}}, "is not positive"),
-        ({"uncertainty": {"covariance": [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]}}, "is not symmetric"),
-        ({"uncertainty": {"covariance": np.diag([1.1, 0, 0]).tolist()}}, "uncertainty of 104.9 %, entry 1"),
-        ({"uncertainty": {"tensor": "5 %"}}, "for a body without a tensor"),
-        ({"uncertainty": "5 %", "draws": 10}, "draws: 10 is out of range"),
-        ({"uncertainty": "5 %", "method": "halton"}, "method: 'halton' is not available"),
-        (
-            {"uncertainty": "5 %", "bodies": [BODY | {"I3": 3.5}]},
-            "are not the moments of any rigid body: I3 = 3.5 > I1 + I2 = 3",
-        ),
-        ({"bodies": [BODY | {"uncertainty": "5 %"}, BODY | {"name": "B"}]}, "bodies[1] (B).uncertainty: is missing"),
-    ],
-)
-def test_what_is_wrong_is_said(changes, message):
-    with pytest.raises(DefinitionError) as error:
-        read_sweep({"bodies": [BODY]} | changes)
-    assert message in str(error.value)

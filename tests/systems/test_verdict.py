@@ -36,11 +36,8 @@ def test_the_word_is_that_of_the_spectrum_with_and_without_dissipation(axis):
 
 
 def test_equal_moments_are_marginal_across_and_judged_along():
-    assert [verdict.judge_moments((1.0, 2.0, 2.0), axis) for axis in (1, 2, 3)] == [
-        "stable_without_loss",
-        "marginal",
-        "marginal",
-    ]
+    words = [verdict.judge_moments((1.0, 2.0, 2.0), axis) for axis in (1, 2, 3)]
+    assert words == ["stable_without_loss", "marginal", "marginal"]
     assert verdict.judge_moments((1.0, 1.0, 2.0), 3) == "stable"
     assert verdict.judge_moments((1.0, 1.0, 1.0), 3) == "marginal"
     assert verdict.find_margin((1.0, 2.0, 2.0), 2)["change"] == 0.0

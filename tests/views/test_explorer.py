@@ -397,16 +397,11 @@ def test_shapes_are_drawn_on_their_triangle(visit, shapes, shapes_path):
     values = [float(tab.row(name)[0]) for name in ("axis", "I1_over_I3", "thickness", "I1", "I2", "I3")]
     assert values == pytest.approx([1, 0.8, 0.4, 1.6, 1.04, 2.0], rel=1e-15)
     assert page.evaluate("document.getElementById('map')._fullLayout.yaxis.title.text") == "I₂/I₃"
-    labels = page.evaluate(
-        """() => {
-            const { x, y, text } = document.getElementById("map").data.find(({ mode }) => mode === "markers");
-            return text.map((name, i) => [name, x[i], y[i]]);
-        }"""
-    )
-    assert [name for name, *_ in labels] == [body["name"] for body in PRESETS]
+    markers = "document.getElementById('map').data.find(({ mode }) => mode === 'markers')"
+    names, *places = page.evaluate(f"(({{ x, y, text }}) => [text, x, y])({markers})")
+    assert names == [body["name"] for body in PRESETS]
     moments = np.array([body["moments"] for body in PRESETS])
-    ratios = moments[:, :2] / moments[:, 2:]
-    assert np.array([at for _, *at in labels]) == pytest.approx(ratios, rel=1e-12)  # roundings of quotients
+    assert np.transpose(places) == pytest.approx(moments[:, :2] / moments[:, 2:], rel=1e-12)  # roundings of quotients
     rate = shapes.omega_squared.isel(axis=0, I3=1).squeeze()
     signed_rate = (np.sign(rate) * np.sqrt(np.abs(rate))).values
     for across, up in np.random.default_rng(5).random((60, 2)).tolist():
@@ -536,15 +531,10 @@ NAMES = """() => [...document.querySelectorAll("#names span:not([hidden]), #map 
 
 def overlaps(labels):
     """Pairs of texts whose boxes have a common point."""
-    ends = {"left": "width", "top": "height"}
-    return [
-        (one["text"], other["text"])
-        for one, other in itertools.combinations(labels, 2)
-        if all(
-            one[start] < other[start] + other[size] and other[start] < one[start] + one[size]
-            for start, size in ends.items()
-        )
-    ]
+    ends = [[(one["left"], one["left"] + one["width"]), (one["top"], one["top"] + one["height"])] for one in labels]
+    pairs = itertools.combinations(zip(labels, ends, strict=True), 2)
+    meet = lambda a, b: all(p < v and u < q for (p, q), (u, v) in zip(a, b, strict=True))  # noqa: E731
+    return [(one["text"], other["text"]) for (one, a), (other, b) in pairs if meet(a, b)]
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ from sweeps.figure import axis_scales, sheets, wording
 from sweeps.maps.storage import open_map, write_map
 from sweeps.points import catalogue
 from sweeps.reading.definitions import read_text
+from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body import fits
 from sweeps.systems.rigid_body.presentation import (
     figure_bodies,
@@ -151,13 +152,12 @@ def test_boundaries_are_where_theory_changes_sign(axis, axes_of_plane):
     assert len(lines) == 2
     for line in lines.values():
         at = {third: np.full(200, 1.4)} | {name: np.linspace(*window[name], 200) for name in axes_of_plane} | line
-        point = {name: values.copy() for name, values in at.items()}
-        name_of_axis = next(iter(set(line) & set(axes_of_plane)))
-        low, high = point | {name_of_axis: at[name_of_axis] * 0.999}, point | {name_of_axis: at[name_of_axis] * 1.001}
-        sign = [np.sign(linear.omega_squared(*(m[f"I{i}"] for i in (1, 2, 3)), 1.0, axis)) for m in (low, at, high)]
-        assert (sign[1] == 0).all()
+        crossed = next(iter({*line} & {*axes_of_plane}))
+        points = [at | {crossed: at[crossed] * factor} for factor in (0.999, 1.0, 1.001)]
+        low, middle, high = (linear.omega_squared(*(p[name] for name in MOMENTS), 1.0, axis) for p in points)
+        assert (middle == 0).all()
         # on both sides of the line the signs are opposite, except where the second boundary crosses it
-        assert np.count_nonzero(sign[0] * sign[2] == -1) > 195
+        assert np.count_nonzero(low * high < 0) > 195
 
 
 def test_what_is_not_ok_is_marked(racket):
@@ -200,10 +200,7 @@ def test_one_moment_is_a_curve():
     moments = {"I1": {"start": 0.2, "stop": 4.0, "num": 20}, "I2": 1.0, "I3": 2.0}
     ds = sweeps.survey({"axes": [1], "grid": moments | {"omega0": -3.0}})
     ax = figure_stability.draw(ds, 1).axes[0]
-    x, y = (
-        np.concatenate(pieces)
-        for pieces in zip(*(line.get_data() for line in artists_of_gid(ax, "measured")), strict=True)
-    )
+    x, y = np.concatenate([line.get_data() for line in artists_of_gid(ax, "measured")], axis=1)
     flat = ds.squeeze().isel(I1=np.searchsorted(ds.I1, x))
     np.testing.assert_allclose(y, fits.signed_rate(flat.omega_squared.values, -3.0), rtol=1e-15)
     assert x.size == 20
@@ -299,9 +296,8 @@ def test_bodies_say_how_soon_they_grow_and_flip(breakdown_map):
     assert (grows[0], flips[0]) == ("556 d", "19,535 d")
     assert grows[5] == "1.74×10⁻¹³ s"
     assert set(grows) == set(flips) == {0, 1, 2, 3, 4, 5}  # not the plate, which has no unstable axis
-    assert not [
-        t for t in figure_bodies.draw(breakdown_map).axes[0].texts if t.get_gid() == "flip"
-    ]  # not followed there
+    texts = figure_bodies.draw(breakdown_map).axes[0].texts  # of a map without flips
+    assert "flip" not in {text.get_gid() for text in texts}
 
 
 @pytest.mark.slow
@@ -342,9 +338,7 @@ def test_bodies_without_observation_have_one_panel():
 def test_gist_is_the_last_sentence():
     note = "Ratio 1/305 gives 305.  The observed 433 (solar)\n days come from elsewhere."
     assert figure_bodies.conclusion(note) == "The observed 433 (solar) days come from elsewhere."
-    assert (
-        figure_bodies.conclusion("One clause; C = 0.355 M R2, 3.5 times.") == "One clause; C = 0.355 M R2, 3.5 times."
-    )
+    assert figure_bodies.conclusion(one := "One clause; C = 0.355 M R2, 3.5 times.") == one
 
 
 USERS_SETTINGS = {
