@@ -68,13 +68,6 @@ def test_a_name_depends_on_its_point_alone():
         assert np.array_equal(places(cusp(True), a[selection], b[selection])[1], positions[selection], equal_nan=True)
 
 
-def test_more_than_there_is_room_for_is_said():
-    zeros, positions = places(cusp(True, max_places=2), [-2.0, -2.0], [0.0, 2.0])
-    assert zeros.is_crowded.tolist() == [True, False]
-    assert np.isnan(positions[0]).all()
-    assert np.isfinite(positions[1]).sum() == 1
-
-
 def parabolic_cusp(tilt, push=0.0):
     """The cusp in x with y bound to a parabola: V = x⁴/4 + a x²/2 + b x + (y - x²)²/2."""
 

@@ -151,22 +151,6 @@ def flow_of(system, **values):
     return model.landscape, equilibria.find(model.landscape, columns)
 
 
-@pytest.mark.parametrize("metre", [1e-12, 1.0, 1e9])
-def test_a_damped_pendulum_stands_upright_in_any_unit(metre):
-    """The sine of π is not 0 in doubles, nor is its place: both are known to a rounding."""
-    system = System("Damped pendulum")
-    length = system.parameter("length", "m", default=metre, positive=True)
-    theta = system.coordinate("theta", "rad", bounds=(-sp.pi, sp.pi), periodic=True)
-    system.particle(1, (length * sp.sin(theta), -length * sp.cos(theta)))
-    system.potential(-sp.Float(9.80665) * metre * length * sp.cos(theta))
-    system.dissipation(sp.Float(0.1) * length**2 * system.velocity(theta) ** 2)
-    system.equilibrium("hanging", {theta: 0})
-    system.equilibrium("upright", {theta: sp.pi})
-    _, zeros = flow_of(system)
-    assert zeros.places[0, :, 0] == pytest.approx([0.0, np.pi], abs=1e-15)
-    assert zeros.certified[0] == PROVED
-
-
 def test_a_family_that_bends_is_followed_where_its_equations_hang_on_each_other():
     """∇A × ∇B = 0 are three equations of a line; off it their slopes are regular, and Newton's method slides along."""
 

@@ -9,11 +9,8 @@ from oscillators import LIBRARY, description_of
 
 from kernels.estimator import statuses
 from kernels.flow import oscillations as kernel
-from sweeps.maps import dataset
 from sweeps.mechanics import System, equilibria
 from sweeps.mechanics.model import Model
-from sweeps.points import sweep as sweeps
-from sweeps.points.loading import read_definition
 
 QUICK = ("pendulum",)  # the code of each further system takes ten seconds to compile
 FACTORS = [(1e9, 1e20, 1e6), (1e-9, 1e-20, 1e-6), (1e9, 1e-20, 1e-6), (1e-9, 1e20, 1e6)]  # length, mass, time
@@ -157,13 +154,6 @@ def test_a_kinetic_energy_that_is_not_positive_is_said():
     assert columns["status"].tolist() == [statuses.KINETIC_ENERGY_NOT_POSITIVE] * 2
 
 
-def test_a_point_with_too_many_equilibria_is_said():
-    model = plane(lambda x, c: x**4 / 4 - c * x**2 / 2, [(-2, 2)], max_places=2, c=1.0)
-    theory = model.theory(points_at(model, c=1.0))
-    assert (theory["status"] == statuses.TOO_MANY_EQUILIBRIA).all()
-    assert np.isnan(theory["omega_squared"]).all()
-
-
 def test_a_system_without_parameters_has_places():
     model = plane(lambda x: x**2, [(-1, 2)], max_places=1)
     theory = model.theory(points_at(model))
@@ -171,14 +161,6 @@ def test_a_system_without_parameters_has_places():
     model = plane(lambda x: x**4 / 4 - x**2 / 2, [(-2, 3)], max_places=4)
     theory = model.theory(points_at(model))
     assert theory["omega_squared"] == pytest.approx([2.0, -1.0, 2.0, np.nan], nan_ok=True)
-
-
-@pytest.mark.slow
-def test_fewer_points_than_threads():
-    for length in ([0.5], [0.5, 1.0, 2.0]):
-        sweep = sweeps.build_sweep(read_definition({"system": "pendulum", "grid": {"length": length}}))
-        single, several = (dataset.survey_grid(sweep, threads=threads) for threads in (1, 4))
-        assert single.equals(several)
 
 
 UNITS = {  # parameter → exponents of length, mass and time

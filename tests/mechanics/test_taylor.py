@@ -1,7 +1,3 @@
-import os
-import shutil
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import described
@@ -15,12 +11,12 @@ from oscillators import LIBRARY, description_of, points
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
-from kernels.compile.cache import cache_folder
 from sweeps.mechanics import System, taylor
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.first_order import graph
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.taylor import Code
+from sweeps.systems.reintegration import rates_of
 
 W = taylor.W
 QUICK = ("pendulum",)  # the code of each further system takes ten seconds to compile
@@ -74,12 +70,10 @@ def test_full_motion_is_that_of_dop853(name):
     x = np.random.default_rng(5).uniform(-1, 1, e.n) * sizes
     S, place, _ = scratch(model, columns, x[: e.n - len(e.v)], x[e.n - len(e.v) :], epsilon)
     place = np.append(place, np.zeros(len(e.v)))
-    numbers = {p.symbol: columns[p.name][0] for p in model.system.parameters.values()}
-    rates = [*e.v, *(e.a.subs(numbers).inv() * sp.Matrix(e.forces).subs(numbers))] if e.v else e.f
-    right = sp.lambdify(e.states, [sp.sympify(rate).subs(numbers) for rate in rates], "numpy")
+    numbers, rates = [columns[name][0] for name in model.names], rates_of(e)
 
     def rate(t, y):  # in units of sizes and of 1/scale
-        return np.array(right(*(place + y * sizes)), dtype=float) / sizes / scale
+        return rates(numbers, 0.0, place + y * sizes) / sizes / scale
 
     solution = solve_ivp(rate, (0, 6.0), epsilon * x / sizes, method="DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
     mine = advance(model, S, 6.0 / scale / 60, 60)[: e.n * W : W] / sizes
@@ -128,18 +122,6 @@ def test_nothing_is_lost_in_a_small_nudge():
     assert ends[2] == pytest.approx(ends[0], rel=1e-10)
 
 
-@pytest.mark.slow
-def test_lanes_do_not_see_each_other():
-    model = Model(description_of("double_pendulum"))
-    columns = points(model.system, 2, 1, {})
-    S, _, scale = scratch(model, columns, [1.0, -0.3], [0.0, 0.0], 0.1)
-    alone = advance(model, S, 0.1 / scale, 20)
-    lanes = S.reshape(-1, W).copy()
-    lanes[:, 1:] *= np.linspace(0.5, 2.0, W - 1)
-    lanes = advance(model, lanes.ravel(), 0.1 / scale, 20)
-    assert np.array_equal(alone.reshape(-1, W)[:, 0], lanes.reshape(-1, W)[:, 0])
-
-
 def test_threads_wait_for_a_module_that_is_being_imported(tmp_path):
     class SlowModule(taylor.Generated):
         name, path = "slow_module", tmp_path / "slow_module.py"
@@ -147,31 +129,6 @@ def test_threads_wait_for_a_module_that_is_being_imported(tmp_path):
     SlowModule.path.write_text("import time\ntime.sleep(0.3)\nvalue = 1.0\n")
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(lambda _: SlowModule().module().value, range(4))) == [1.0] * 4
-
-
-@pytest.mark.slow
-def test_generated_file_is_named_by_its_text_and_compiled_once(tmp_path):
-    code = Model(description_of("pendulum")).code
-    program = (
-        "from sweeps.mechanics.model import Model; from sweeps.mechanics.library.pendulum import system\n"
-        "module = Model(system).code.module(); print(module.__file__)\n"
-        "print(sum(module.advance.stats.cache_hits.values()), sum(module.advance.stats.cache_misses.values()))"
-    )
-    environment = {k: v for k, v in os.environ.items() if k not in ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT")}
-    environment["XDG_CACHE_HOME"] = str(tmp_path)
-    ours = cache_folder()  # only the generated code has to be compiled here
-    shutil.copytree(
-        ours, tmp_path / "polhode" / ours.name, ignore=shutil.ignore_patterns("generated*", f"*{code.digest[:24]}*")
-    )
-    runs = []
-    for _ in range(2):
-        process = subprocess.run(
-            [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
-        )
-        runs.append(process.stdout.splitlines())
-    assert runs[0][0] == runs[1][0]
-    assert code.digest[:24] in runs[0][0]
-    assert [lines[1] for lines in runs] == ["0 1", "1 0"]
 
 
 def rods(n):

@@ -66,12 +66,6 @@ system.equilibrium("rest", {x: 0})
     assert type(copy) is relative.RelativeEquilibrium
 
 
-def test_tops_that_spin_too_slowly_for_steady_precession_are_refused():
-    """I3² w² < 4 I1 P cos θ."""
-    with pytest.raises(DefinitionError, match="none within the bounds, at 2 points of the grid; allowed: parameters"):
-        read_definition({"system": "steady_precession", "grid": {"tilt": 0.1, "spin_rate": [0.1, 0.2]}})
-
-
 def test_what_is_wrong_with_a_definition_is_refused():
     for grid, more in (({"spin": 1.0}, {}), ({"epsilon": 2.0}, {}), ({}, {"integration": {"runs": 9}})):
         with pytest.raises(DefinitionError, match="allowed"):
