@@ -62,7 +62,10 @@ def points_at(model, slots=None, **values):
     Parameters without a value have their defaults.
     """
     last, each = ("mode", model.equations.m) if model.equations.natural else ("eigenvalue", model.n)
-    count, slots = np.broadcast(*map(np.atleast_1d, values.values()), 0).size, slots or range(model.system.most)
+    count, slots = (
+        np.broadcast(*map(np.atleast_1d, values.values()), 0).size,
+        range(model.system.most) if slots is None else slots,
+    )
     usual = {"epsilon": 1e-6, "phase": 0.6} if model.equations.natural else {"epsilon": 1e-30}
     return _repeated(model.system, slots, last, each, count, usual | values)
 

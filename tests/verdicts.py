@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import sympy as sp
+from described import flow, points_at
 from scipy.integrate import solve_ivp
 
 from kernels.estimator.statuses import STATUSES
@@ -31,13 +32,8 @@ def of_coordinates(count, build, period=None, **defaults):
 
 def of_states(count, rates, **defaults):
     """Return a model of states near 0; `rates` returns their rates from states and parameters."""
-    system = System("States")
-    parameters = [system.parameter(name, default=value) for name, value in defaults.items()]
-    x = [system.state(f"x{i}", bounds=(-1, 1), size=1) for i in range(count)]
-    for state, rate in zip(x, rates(x, *parameters), strict=True):
-        system.rate(state, sp.sympify(rate))
-    system.equilibrium("rest", dict.fromkeys(x, 0))
-    return Model(system)
+    names, places = [f"x{i}" for i in range(count)], {"rest": [0] * count}
+    return Model(flow(lambda *x: rates(x[:count], *x[count:]), names, (-1, 1), places=places, **defaults))
 
 
 def of_matrix(rows, form, **defaults):
@@ -59,21 +55,14 @@ def of_matrix(rows, form, **defaults):
 
 def columns(model, **values):
     """Return regimes by theory and as measured, statuses, and columns at points: parameters, or `epsilon`."""
-    parameters = {p.name: p.default for p in model.system.parameters.values()} | {"epsilon": 1e-6} | values
-    size, n = np.broadcast(*map(np.atleast_1d, parameters.values())).size, model.n
-    each, names = 1, REGIMES
+    points = points_at(model, [0], **{"epsilon": 1e-6} | values)
     if model.system.given_period is None:
-        each = n
-    points = {
-        name: np.repeat(np.broadcast_to(np.asarray(value, dtype=float), size), each)
-        for name, value in parameters.items()
-    }
-    points["equilibrium"] = np.zeros(size * each, dtype=int)
-    if model.system.given_period is None:
-        columns_of_points = model.survey(points | {"eigenvalue": np.tile(np.arange(1, n + 1), size)})
-        columns_of_points = {name: rows.reshape(size, n)[:, 0] for name, rows in columns_of_points.items()}
+        n, names = model.n, REGIMES
+        columns_of_points = {name: rows[::n] for name, rows in model.survey(points).items()}
     else:
-        columns_of_points, names = periodic.survey(model, points, 1e-12), OF_MULTIPLIERS
+        first = points["eigenvalue"] == 1
+        points, names = {name: values[first] for name, values in points.items()}, OF_MULTIPLIERS
+        columns_of_points = periodic.survey(model, points, 1e-12)
     regimes = [[names[k + 1] for k in columns_of_points[name]] for name in ("regime_theory", "regime")]
     return *regimes, [STATUSES[k] for k in columns_of_points["status"]], columns_of_points
 

@@ -6,8 +6,8 @@ import relative
 import repeated
 import sympy as sp
 import verdicts
+from described import flow
 
-from sweeps.mechanics import System
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.symmetries import sign_changes
 from sweeps.points import catalogue
@@ -99,13 +99,12 @@ def test_where_nothing_has_a_rate_theory_is_there_and_the_status_says_what_is_mi
 
 def test_a_disc_that_stands_has_the_eigenvalues_of_linear_theory():
     """Rolling upright: it falls unless it is fast, 12/5 spin² > g; at rest and without weight nothing has a rate."""
-    system = System("Rolling disc")
-    g, spin = (system.parameter(name, default=1.0) for name in ("gravity", "spin"))
-    lean, fall, yaw, roll = (system.state(name, bounds=(-3, 3), size=1) for name in ("lean", "fall", "yaw", "roll"))
-    rates = {lean: fall, fall: g * sp.sin(lean) - sp.Rational(6, 5) * roll * yaw, yaw: 2 * roll * fall, roll: 0}
-    for state, rate in rates.items():
-        system.rate(state, sp.sympify(rate))
-    system.equilibrium("upright", {lean: 0, fall: 0, yaw: 0, roll: spin})
+
+    def rates(lean, fall, yaw, roll, g, spin):
+        return fall, g * sp.sin(lean) - sp.Rational(6, 5) * roll * yaw, 2 * roll * fall, 0
+
+    names, places = ("lean", "fall", "yaw", "roll"), {"upright": lambda g, spin: (0, 0, 0, spin)}
+    system = flow(rates, names, (-3, 3), places=places, gravity=1.0, spin=1.0)
     gravity, spin = np.array([[1.0, 0.0], [1.0, 0.5], [1.0, 1.0], [0.0, 0.0]]).T
     theory, measured, status, columns = verdicts.columns(Model(system), gravity=gravity, spin=spin)
     assert theory == ["unstable", "unstable", "marginal", "marginal"]
@@ -118,16 +117,17 @@ def test_a_disc_that_stands_has_the_eigenvalues_of_linear_theory():
 @pytest.mark.parametrize("has_integral", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_the_triangular_points_have_one_regime_as_coordinates_and_as_states(has_integral):
     """Gyroscopic, with slopes that leave no state to reverse: the Jacobi integral, no extremum there, proves pairs."""
-    system = System("Three bodies")
-    mu = system.parameter("mass_ratio", default=0.01, positive=True)
-    x, y, u, w = (system.state(name, bounds=(-2, 2), size=1) for name in ("x", "y", "u", "w"))
-    first, second = sp.sqrt((x + mu) ** 2 + y**2), sp.sqrt((x + mu - 1) ** 2 + y**2)
-    potential = (x**2 + y**2) / 2 + (1 - mu) / first + mu / second
-    for state, rate in {x: u, y: w, u: 2 * w + potential.diff(x), w: -2 * u + potential.diff(y)}.items():
-        system.rate(state, rate)
-    if has_integral:
-        system.conserved((u**2 + w**2) / 2 - potential, "jacobi")
-    system.equilibrium("L4", {x: sp.Rational(1, 2) - mu, y: sp.sqrt(3) / 2, u: 0, w: 0})
+
+    def potential(x, y, mu):
+        first, second = sp.sqrt((x + mu) ** 2 + y**2), sp.sqrt((x + mu - 1) ** 2 + y**2)
+        return (x**2 + y**2) / 2 + (1 - mu) / first + mu / second
+
+    def rates(x, y, u, w, mu):
+        return u, w, 2 * w + potential(x, y, mu).diff(x), -2 * u + potential(x, y, mu).diff(y)
+
+    jacobi = {"jacobi": lambda x, y, u, w, mu: (u**2 + w**2) / 2 - potential(x, y, mu)} if has_integral else ()
+    places = {"L4": lambda mu: (sp.Rational(1, 2) - mu, sp.sqrt(3) / 2, 0, 0)}
+    system = flow(rates, "xyuw", (-2, 2), places=places, conserved=jacobi, mass_ratio=0.01)
     ratios = np.array([0.001, 0.01, 0.03, 0.038, 0.0386, 0.05, 0.3])  # Routh: 0.0385209
     theory, measured, _, _ = verdicts.columns(Model(system), mass_ratio=ratios)
     right = ["stable" if has_integral else "marginal"] * 4 + ["flutter"] * 3
