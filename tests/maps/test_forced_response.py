@@ -1,4 +1,4 @@
-"""Response to a harmonic force against 40-digit solutions of the equations, SciPy's motion, and closed forms."""
+"""Response to a harmonic force against 40-digit solutions of the equations, and closed forms."""
 
 import json
 
@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from described import flow
 from PIL import Image
-from scipy.integrate import solve_ivp
 
 import sweeps
 from sweeps.__main__ import main
@@ -49,25 +48,6 @@ def test_responses_are_within_their_errors_of_40_digit_solutions(number):
             sharpness.append(error / np.linalg.norm(full))
     assert np.mean(excess) <= 1e-3
     assert np.median(sharpness) < 1e-12  # the bound is near rounding, not merely safe
-
-
-@pytest.mark.slow
-def test_the_response_of_a_rotor_is_the_motion_that_scipy_integrates():
-    ds = sweeps.survey(system="rotor", spin_rate=0.7, stiffness_y=1.3)
-    w = 0.9
-    answer = sweeps.response(ds, {"y": 2.0}, [w]).squeeze()
-    Y = (answer.response_amplitude * np.exp(1j * answer.response_phase)).values
-    drag, internal = 0.05 + 0.02, 0.02 * 0.7  # bearings and shaft; the shaft's damping turns with it
-
-    def rates(t, state):
-        x, y, vx, vy = state
-        return [vx, vy, -x - drag * vx - internal * y, 2.0 * np.cos(w * t) - 1.3 * y - drag * vy + internal * x]
-
-    start = np.append(Y.real, (1j * w * Y).real)
-    end = solve_ivp(rates, (0.0, 2.0 * np.pi / w), start, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
-    np.testing.assert_allclose(end, start, rtol=1e-10)  # SciPy's error; one period leads back to the start
-    theory = answer.response_amplitude_theory * np.exp(1j * answer.response_phase_theory)
-    assert (np.abs(Y - theory) <= answer.response_amplitude_error).all()
 
 
 def test_a_resonance_without_damping_is_missing_and_a_frequency_beside_it_is_not():

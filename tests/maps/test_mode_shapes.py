@@ -260,19 +260,6 @@ def mode_curves_of(ds):
     return select_points(ds, "a", {}, None).modes(measured=False).squeeze()
 
 
-def test_orbits_keep_their_radial_mode_where_both_rates_are_equal():
-    """The radial rate is √(s + 2) orbital rates: at s = -1 both modes are equal, and their shapes are missing."""
-    ds = sweeps.survey(system="central_potential", exponent={"start": -1.75, "stop": 3.25, "num": 21})
-    modes = sweeps.modes(ds, "exponent").squeeze()
-    exponent = modes.exponent.values
-    is_kepler = exponent == -1.0
-    assert modes.mode_shape_real.sel(exponent=-1.0).isnull().all()
-    assert modes.mode_shape_real.sel(exponent=exponent[~is_kepler]).notnull().all()
-    radial = modes.eigenvalue_imag.where(modes.curve == 1).sum("mode").values[~is_kepler]
-    tilting = modes.eigenvalue_imag.where(modes.curve == 2).sum("mode").values[~is_kepler]
-    np.testing.assert_allclose(radial / tilting, np.sqrt(exponent[~is_kepler] + 2.0), rtol=1e-8)  # error of the rates
-
-
 @pytest.mark.parametrize(("a", "q"), [(1.7, 0.4), (1.0, 0.5), (4.2, 2.5), (7.0, 0.1)])
 def test_floquet_modes_are_eigenvectors_of_the_monodromy_matrix(a, q):
     """Inside and outside of tongues; the ion in a trap has one such mode in each plane, with a and q of both signs."""

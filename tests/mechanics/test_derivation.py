@@ -7,7 +7,7 @@ from described import flow
 from oscillators import LIBRARY, description_of
 from sympy import cos, cot, pi, sin
 
-from sweeps.mechanics import DescriptionError, System, derivation
+from sweeps.mechanics import DescriptionError, System
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.first_order import graph
 
@@ -93,13 +93,6 @@ def test_kinetic_matrix_and_equations_are_the_textbooks(name):
         assert sp.simplify(sp.expand(mine - factor * textbook)) == 0
 
 
-def test_spherical_polar_coordinates_give_the_lectures_matrix():
-    system = description_of("central_potential")
-    m, r, theta = (symbols(system)[name] for name in ("mass", "r", "theta"))
-    a, *_ = derivation._quadratic_form(system, derivation._kinetic_energy(system))  # the cyclic coordinates included
-    assert a == sp.diag(m, m * r**2, m * r**2 * sin(theta) ** 2)
-
-
 def test_second_derivatives_at_equilibria_are_the_textbooks():
     hoop = derive(description_of("bead_on_hoop"))
     s = symbols(hoop.system)
@@ -108,18 +101,6 @@ def test_second_derivatives_at_equilibria_are_the_textbooks():
     assert sp.simplify(square.subs(theta, 0) - (g / R - W**2)) == 0
     assert sp.simplify(square.subs(theta, pi) + (g / R + W**2)) == 0
     assert sp.simplify(square.subs(theta, sp.acos(g / (R * W**2))) - W**2 * (1 - (g / (R * W**2)) ** 2)) == 0
-
-
-def test_radial_oscillation_of_circular_motion_by_its_exponent():
-    orbit = derive(description_of("central_potential"))
-    s = symbols(orbit.system)
-    m, k, L, p, r = s["mass"], s["strength"], s["angular_momentum"], s["exponent"], s["r"]
-    square = (orbit.hessian[0, 0] / orbit.a[0, 0]).subs(s["theta"], pi / 2)
-    for exponent, ratio in ((2, 2), (-1, 1)):
-        circle = (L**2 / (m * k)) ** sp.Rational(1, exponent + 2)
-        rate = L / (m * circle**2)
-        square_at_circle = square.subs(p, exponent).subs(r, circle)
-        assert sp.simplify(sp.powdenest(square_at_circle / rate**2, force=True)) == ratio**2
 
 
 def bead():

@@ -77,15 +77,6 @@ def test_spherical_pendulum_against_brentq():
         assert place == pytest.approx(brentq(force, 1e-4, np.pi / 2, xtol=1e-15), abs=1e-13)
 
 
-def test_places_are_known_to_rounding_whatever_shape_the_box_has():
-    """Its box in θ is so narrow that θ's rounding, in half-widths, once stopped the steps towards r at 9e-12."""
-    s, L = (x.ravel() for x in np.meshgrid([-1.9, -1.75, -1.3, 3.0], [0.1, 3.0]))
-    zeros, _ = places(description_of("central_potential"), exponent=s, angular_momentum=L)
-    radii = [mpmath.mpf(b) ** (2 / (mpmath.mpf(a) + 2)) for a, b in zip(s, L, strict=True)]
-    # rounding of the force, some units, over s + 2
-    assert zeros[:, 0, 0] == pytest.approx(np.array(radii, dtype=float), rel=2e-13)
-
-
 def test_the_error_of_a_place_covers_its_distance_from_the_closed_form():
     rng, landscape = np.random.default_rng(4), landscape_of(description_of("central_potential"))
     s, L = rng.uniform(-1.95, 8.0, 200), np.exp(rng.uniform(-4, 4, 200))

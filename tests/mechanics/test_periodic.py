@@ -1,14 +1,13 @@
-"""Multipliers of described periodic systems: against Hill's determinant in 30 digits, closed forms and DOP853."""
+"""Multipliers of described periodic systems: against long doubles, closed forms and DOP853."""
 
 from itertools import pairwise
 
-import mpmath
 import numpy as np
 import pytest
 import repeated
 import sympy as sp
 from described import T, flow, particle
-from multipliers import TRACES, VALUES, check_errors, solve_with_perturbations
+from multipliers import TRACES, VALUES, check_errors, monodromy_matrix, solve_with_perturbations
 from scipy.integrate import solve_ivp
 
 from kernels.estimator.statuses import NO_PERIODIC_MOTION, NON_FINITE, NOT_CONVERGED, NOT_FOUND, OK
@@ -94,24 +93,6 @@ def check_by_scipy(model, rounding=1e-11, max_step=np.inf, **values):
     return columns
 
 
-def mathieu_of_exponent(nu, q, number):
-    """Return the a at which Mathieu's equation has the exponent i nu, by Newton's method with 30 digits.
-
-    (nu + 2k)² y_k + q (y_{k-1} + y_{k+1}) = a y_k; begun at an eigenvalue in doubles.
-    """
-    k = np.arange(-24, 25)
-    a = mpmath.mpf(np.linalg.eigvalsh(np.diag((nu + 2.0 * k) ** 2) + q * (np.eye(49, k=1) + np.eye(49, k=-1)))[number])
-    with mpmath.workdps(30):
-        q = mpmath.mpf(q)
-        for _ in range(4):
-            p, dp = [mpmath.mpf(1), mpmath.mpf(0)], [mpmath.mpf(0)] * 2  # the last two leading minors, their slopes
-            for j in k.tolist():
-                d = (mpmath.mpf(nu) + 2 * j) ** 2 - a
-                p, dp = [d * p[0] - q * q * p[1], p[0]], [d * dp[0] - p[0] - q * q * dp[1], dp[0]]
-            a -= p[0] / dp[0]
-    return float(a)
-
-
 def test_published_traces_of_mathieus_equation():
     a, q = np.array(list(TRACES), dtype=float).T
     columns = survey("mathieu", a=a, q=q)
@@ -141,20 +122,21 @@ def test_butikovs_curve_of_the_first_tongue():
     assert survey("mathieu", a=4 * k, q=2 * k * m)["regime"].tolist() == [floquet.STABLE, floquet.PERIOD_DOUBLING]
 
 
-def test_the_growth_of_mathieus_equation_is_the_tridiagonal_eigenproblems():
-    """At random exponents i nu and q: the trace over the period π is 2 cos(π nu)."""
+def test_multipliers_of_mathieus_equation_are_those_of_long_doubles():
+    """At random a and q, within tongues and between; exponents are continuous from small modulation."""
     rng = np.random.default_rng(34)
-    nu, q, number = rng.uniform(0.02, 0.98, 100), rng.uniform(0.0, 8.0, 100), rng.integers(0, 5, 100)
-    a = np.array([mathieu_of_exponent(*point) for point in zip(nu.tolist(), q.tolist(), number.tolist(), strict=True)])
-    columns, exact = survey("mathieu", a=a, q=q), 2.0 * np.cos(np.pi * nu)
-    # a's own rounding moves the trace by its slope, at most some hundreds
-    assert np.abs(columns["trace_theory"] - exact).max() < 1e-11
-    assert (np.abs(columns["trace"] - exact) <= columns["trace_error"] + 1e-13 * (1.0 + np.abs(a))).all()
-    assert (columns["regime"] == floquet.STABLE).all()
+    a, q = rng.uniform(-1.0, 25.0, 100), rng.uniform(0.0, 8.0, 100) * rng.choice([1e-2, 1.0], 100)
+    exact = np.array([np.trace(monodromy_matrix(*point)) for point in zip(a, q, strict=True)], dtype=float)
+    columns, is_stable = survey("mathieu", a=a, q=q), np.abs(exact) < 2.0
+    assert np.abs(columns["trace_theory"] - exact).max() < 1e-11  # multipliers up to a few hundred
+    assert (np.abs(columns["trace"] - exact) <= columns["trace_error"] + 1e-13).all()
+    regimes = np.where(is_stable, floquet.STABLE, np.where(exact > 2.0, floquet.UNSTABLE, floquet.PERIOD_DOUBLING))
+    assert (columns["regime"] == regimes).all()
+    assert {*regimes} == {floquet.STABLE, floquet.UNSTABLE, floquet.PERIOD_DOUBLING}
     assert errors_cover(columns)
     turns = np.abs(columns["exponent_imag"][:, 0])
-    assert np.abs(np.cos(np.pi * turns) - np.cos(np.pi * nu)).max() < 1e-11
-    assert (np.abs(turns - np.sqrt(np.abs(a)))[q < 0.1] < 0.1).all()  # continuous from small modulation
+    np.testing.assert_allclose(2.0 * np.cos(np.pi * turns)[is_stable], exact[is_stable], atol=1e-11)
+    assert (np.abs(turns - np.sqrt(np.abs(a)))[(q < 0.1) & is_stable & (a > 0.5)] < 0.1).all()
 
 
 def test_damping_is_taken_off_the_growth():

@@ -53,13 +53,17 @@ def test_a_spinning_satellite_grows_as_published(K, spin, eccentricity, growth):
     assert agrees(ds, "growth_per_orbit", growth, 5e-10)  # half of the last printed digit
 
 
+def trace_of_quartic(linear, constant):
+    """Return the trace over an orbit of a motion with the exponents x⁴ + linear x² + constant = 0."""
+    squares = (-linear + np.array([1, -1])[:, None, None] * np.sqrt(linear**2 - 4 * constant + 0j)) / 2
+    return 2 * np.cosh(2 * np.pi * np.sqrt(squares)).sum(axis=0).real
+
+
 def test_on_a_circle_the_multipliers_are_thomsons():
     """The roots of Thomson's quartic, over the plane of K and spin; the trace to 1e-10 of its size."""
     ds = survey("spin_normal", K=np.linspace(0.15, 1.95, 7).tolist(), spin=[-1.7, -0.4, 0.8, 1.6, 2.9])
     K, G = ds.K.values[:, None], ds.K.values[:, None] * ds.spin.values
-    linear, constant = (2 - G) ** 2 + 2 * (G - 1) + 3 * (K - 1), (G - 1) * (G - 1 + 3 * (K - 1))
-    squares = (-linear + np.array([1, -1])[:, None, None] * np.sqrt(linear**2 - 4 * constant + 0j)) / 2
-    trace = 2 * np.cosh(2 * np.pi * np.sqrt(squares)).sum(axis=0).real
+    trace = trace_of_quartic((2 - G) ** 2 + 2 * (G - 1) + 3 * (K - 1), (G - 1) * (G - 1 + 3 * (K - 1)))
     np.testing.assert_allclose(ds.trace.values, trace, rtol=1e-10, atol=1e-10)
 
 
@@ -67,12 +71,9 @@ def test_on_a_circle_the_frequencies_are_those_of_the_gravity_gradient():
     """Pitch √(3(k1 - k3)/(1 - k1 k3)), and the roll-yaw quartic, in DeBra and Delp's region and elsewhere."""
     ds = survey("synchronous", k1=[-0.6, -0.05, 0.3, 0.7], k3=[-0.9, -0.3, 0.2, 0.5], eccentricity=0.0)
     k1, k3 = np.meshgrid(ds.k1, ds.k3, indexing="ij")
-    square = 3 * (k1 - k3) / (1 - k1 * k3)
-    pitch = 2 * np.cos(2 * np.pi * np.sqrt(square + 0j)).real
+    pitch = 2 * np.cos(2 * np.pi * np.sqrt(3 * (k1 - k3) / (1 - k1 * k3) + 0j)).real
     np.testing.assert_allclose(ds.sel(plane="in_plane").trace, pitch, rtol=1e-10, atol=1e-10)
-    linear, constant = 1 + 3 * k1 + k1 * k3, 4 * k1 * k3
-    squares = (-linear + np.array([1, -1])[:, None, None] * np.sqrt(linear**2 - 4 * constant + 0j)) / 2
-    trace = 2 * np.cosh(2 * np.pi * np.sqrt(squares)).sum(axis=0).real
+    trace = trace_of_quartic(1 + 3 * k1 + k1 * k3, 4 * k1 * k3)
     np.testing.assert_allclose(ds.sel(plane="out_of_plane").trace, trace, rtol=1e-10, atol=1e-10)
 
 

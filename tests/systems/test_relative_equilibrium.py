@@ -1,10 +1,9 @@
 """Relative equilibria as maps: names, dimensions, files of one's own, shards, pictures."""
 
-import pickle
-
 import numpy as np
 import pytest
 import xarray as xr
+from described import particle
 from matplotlib.figure import Figure
 
 import sweeps
@@ -38,32 +37,16 @@ def test_map_has_the_contracts_names_and_dimensions(top):
     assert (top["status"] == 0).all()
 
 
-def test_a_file_with_damping_is_a_relative_equilibrium(tmp_path):
-    path = tmp_path / "damped.py"
-    path.write_text(
-        """
-from sweeps.mechanics import System
-
-system = System("Damped spring")
-k = system.parameter("stiffness", "N m-1", default=1.0)
-c = system.parameter("drag", "kg s-1", default=0.2, least=0.0)
-x = system.coordinate("x", "m", bounds=(-1, 1))
-system.kinetic_energy(system.velocity(x) ** 2 / 2)
-system.potential(k * x**2 / 2)
-system.dissipation(c * system.velocity(x) ** 2 / 2)
-system.equilibrium("rest", {x: 0})
-""",
-        encoding="utf-8",
-    )
-    systems.resolve.cache_clear()
-    ds = sweeps.survey({"system": str(path), "grid": {"stiffness": [-1.0, 0.5, 4.0]}}).squeeze()
+def test_a_spring_with_damping_is_a_relative_equilibrium():
+    places = {"rest": [0]}
+    system = particle(lambda x, k: k * x**2 / 2, bounds=(-1, 1), R=lambda v, k: v**2 / 10, places=places, stiffness=1.0)
+    ds = sweeps.survey(system=system, stiffness=[-1.0, 0.5, 4.0]).squeeze()
     roots = [np.sort_complex(np.roots([1, 0.2, k])) for k in (-1.0, 0.5, 4.0)]
     eigenvalues = ds["eigenvalue_real"].values + 1j * ds["eigenvalue_imag"].values
     np.testing.assert_allclose(np.sort_complex(eigenvalues), roots, atol=1e-11)
     words = [REGIMES[k + 1] for k in ds["regime"].isel(eigenvalue=0).values]
     assert words == ["unstable", "asymptotically_stable", "asymptotically_stable"]
-    copy = pickle.loads(pickle.dumps(systems.resolve(str(path))))
-    assert type(copy) is relative.RelativeEquilibrium
+    assert type(systems.of_map(ds)) is relative.RelativeEquilibrium
 
 
 def test_what_is_wrong_with_a_definition_is_refused():
