@@ -3,6 +3,7 @@
 import numpy as np
 import sympy as sp
 
+from sweeps import systems
 from sweeps.mechanics import System
 
 T = sp.Symbol("t", real=True)  # the time of all systems
@@ -49,11 +50,15 @@ def _add_places(system, places, unknowns, parameters):
         system.equilibrium(name, dict(zip(unknowns, values, strict=True)))
 
 
-def points(system, last, each, count, varied, seed, **beside):
-    """Every equilibrium, and each of the numbers 1 to `each` of the coordinate `last`, at ``count`` random places."""
+def model_of(name):
+    """Return the model of a shipped system."""
+    return systems.resolve(name).mechanism
+
+
+def points(model, count, varied, seed=1, **values):
+    """Every equilibrium and each mode or eigenvalue of a model at ``count`` random places of its parameters."""
     rng = np.random.default_rng(seed)
-    random_values = {name: rng.uniform(*ends, count) for name, ends in varied.items()}
-    return _repeated(system, range(system.most), last, each, count, random_values | beside)
+    return _repeated(model, None, count, {name: rng.uniform(*ends, count) for name, ends in varied.items()} | values)
 
 
 def points_at(model, slots=None, **values):
@@ -61,19 +66,17 @@ def points_at(model, slots=None, **values):
 
     Parameters without a value have their defaults.
     """
-    last, each = ("mode", model.equations.m) if model.equations.natural else ("eigenvalue", model.n)
-    count, slots = (
-        np.broadcast(*map(np.atleast_1d, values.values()), 0).size,
-        range(model.system.most) if slots is None else slots,
-    )
-    usual = {"epsilon": 1e-6, "phase": 0.6} if model.equations.natural else {"epsilon": 1e-30}
-    return _repeated(model.system, slots, last, each, count, usual | values)
+    return _repeated(model, slots, np.broadcast(*map(np.atleast_1d, values.values()), 0).size, values)
 
 
-def _repeated(system, slots, last, each, count, values):
-    """Return columns of points: each combination of the slots and of the numbers of `last` at each value."""
-    defaults, rows = {name: p.default for name, p in system.parameters.items()}, len(slots) * each
-    columns = {name: np.repeat(np.broadcast_to(value, count), rows) for name, value in (defaults | values).items()}
+def _repeated(model, slots, count, values):
+    """Return columns of points: each combination of the slots and of the modes or eigenvalues at each value."""
+    natural, slots = model.equations.natural, range(model.system.most) if slots is None else slots
+    last, each = ("mode", model.equations.m) if natural else ("eigenvalue", model.n)
+    usual = {name: p.default for name, p in model.system.parameters.items()}
+    usual |= {"epsilon": 1e-6, "phase": 0.6} if natural else {"epsilon": 1e-30}
+    rows = len(slots) * each
+    columns = {name: np.repeat(np.broadcast_to(value, count), rows) for name, value in (usual | values).items()}
     columns["equilibrium"] = np.tile(np.repeat(slots, each), count)
     columns[last] = np.tile(np.arange(1, each + 1), count * len(slots))
     return columns

@@ -1,8 +1,4 @@
-"""Points of the systems of small oscillations that ship."""
-
-import importlib
-
-import described
+"""Ranges of the parameters of the systems of small oscillations that ship."""
 
 LIBRARY = {  # name → parameter → range of its values
     "pendulum": {"length": (0.1, 5.0), "gravity": (1.0, 20.0)},
@@ -14,13 +10,3 @@ LIBRARY = {  # name → parameter → range of its values
     "double_pendulum": {"mass2": (0.1, 5.0), "length2": (0.2, 5.0)},
     "linear_triatomic": {"inner_mass": (1e-27, 1e-25), "stiffness": (100.0, 2000.0)},
 }
-
-
-def description_of(name):
-    """The description of a system that ships."""
-    return importlib.import_module(f"sweeps.mechanics.library.{name}").system
-
-
-def points(system, modes, count, varied, seed=1, epsilon=1e-6, phase=0.6):
-    """Every equilibrium and mode at ``count`` random places of the parameters."""
-    return described.points(system, "mode", modes, count, varied, seed, epsilon=epsilon, phase=phase)

@@ -1,12 +1,7 @@
 """Relative equilibria that ship: random points, and their characteristic polynomials as books give them."""
 
-import importlib
-from functools import cache
-
 import described
 import numpy as np
-
-from sweeps.mechanics.model import Model
 
 RANGES = {  # name → parameter → range of its values
     "sleeping_top": {
@@ -51,25 +46,9 @@ RANGES = {  # name → parameter → range of its values
 }
 
 
-def description_of(name):
-    """The description of a system that ships."""
-    return importlib.import_module(f"sweeps.mechanics.library.relative.{name}").system
-
-
-def points(system, eigenvalues, count, varied, seed=1, epsilon=1e-30):
-    """Every equilibrium and eigenvalue at ``count`` random places of the parameters."""
-    return described.points(system, "eigenvalue", eigenvalues, count, varied, seed, epsilon=epsilon)
-
-
-@cache
-def model_of(name):
-    """Return the model of a shipped system."""
-    return Model(description_of(name))
-
-
 def theory_at(name, **values):
     """Return theory of the first equilibrium of a shipped system; values are numbers or arrays of one length."""
-    model = model_of(name)
+    model = described.model_of(name)
     columns = [values.get(k, p.default) for k, p in model.system.parameters.items()]
     *columns, equilibrium = np.broadcast_arrays(*map(np.atleast_1d, columns), np.zeros(1, dtype=int))
     return model.theory(dict(zip(model.system.parameters, columns, strict=True)) | {"equilibrium": equilibrium})

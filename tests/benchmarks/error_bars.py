@@ -21,7 +21,6 @@ Last, the same of each described system that ships: error_bars_described.py.
 
 import argparse
 import sys
-from functools import cache
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
@@ -183,10 +182,12 @@ def random_integration(random, max_samples):
 
 def oscillations(name, count, epsilon):
     """Cells of each mode of a system of small oscillations that ships, by value, and how many regimes are wrong."""
+    import described
     import oscillators
 
-    values = oscillators.points(*_description(name), count, oscillators.LIBRARY[name], epsilon=epsilon)
-    columns = _model(name).survey(values)
+    model = described.model_of(name)
+    values = described.points(model, count, oscillators.LIBRARY[name], epsilon=epsilon)
+    columns = model.survey(values)
     is_ok, unit = columns["status"] == 0, columns["rate_scale"] ** 2
     cells, num_wrong = {}, 0
     for mode in np.unique(values["mode"]):
@@ -198,20 +199,6 @@ def oscillations(name, count, epsilon):
         regimes = [columns[x][selection] for x in ("regime", "regime_theory")]
         num_wrong += int(np.sum((regimes[0] != regimes[1]) & (regimes[0] != MARGINAL) & (regimes[1] != MARGINAL)))
     return cells, num_wrong
-
-
-def _description(name):
-    import oscillators
-
-    system = oscillators.description_of(name)
-    return system, len(system.kept)
-
-
-@cache
-def _model(name):
-    from sweeps.mechanics.model import Model
-
-    return Model(_description(name)[0])
 
 
 def top(count, gap, seed=1):

@@ -10,6 +10,7 @@ the description's matrix is evaluated and its eigenvalues are found in 40 digits
 
 from functools import cached_property
 
+import described
 import mpmath
 import numpy as np
 import oscillators
@@ -22,7 +23,6 @@ from kernels.flow import codes
 from kernels.flow.oscillations import MARGINAL
 from kernels.flow.runs import Sampling
 from sweeps.mechanics import relative as spectra
-from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import THEORY_ROUNDING, regimes
 from sweeps.schema.refusals import DescriptionError
 
@@ -256,9 +256,9 @@ def flow(name, model, exact, random, integration, count):
 def random_tables(count, points=20, seed=1, max_samples=400, names=None, integrations=None):
     """Yield the name of each system that ships, and the table of its random definitions: arrays over their points."""
     for name in (*oscillators.LIBRARY, *relative.RANGES) if names is None else names:
-        kind, module = (oscillator, oscillators) if name in oscillators.LIBRARY else (flow, relative)
+        kind = oscillator if name in oscillators.LIBRARY else flow
         random = np.random.default_rng([seed, sum(map(ord, name))])
-        model = Model(module.description_of(name))
+        model = described.model_of(name)
         exact, tables = Exact(model), []
         for _ in range(count):
             integration = integrations(random, max_samples)

@@ -1,23 +1,21 @@
 """Errors and regimes of described systems at every size of the perturbation: correct, or missing with a status."""
 
+import described
 import numpy as np
-import oscillators
 import pytest
 import relative
 
 from kernels.estimator.statuses import OK, PERTURBATION_TOO_LARGE, SHORT_WINDOW
 from kernels.flow import codes, flows
-from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import _errors_of_exchange, regimes
 from sweeps.systems.relative_equilibrium.system import REGIMES
 
 
 def test_a_double_pendulum_that_saturates_is_refused_or_within_its_error():
     """Upright, with a heavy lower mass: at 0.1 the fast mode saturates within the window at all three sizes."""
-    system = oscillators.description_of("double_pendulum")
-    model, worst = Model(system), 0.0
+    model, worst = described.model_of("double_pendulum"), 0.0
     for epsilon in (1e-8, 1e-4, 1e-2, 0.1, 0.5):
-        points = oscillators.points(system, 2, 40, {"mass2": (10.0, 50.0), "length2": (0.5, 5.0)}, 5, epsilon)
+        points = described.points(model, 40, {"mass2": (10.0, 50.0), "length2": (0.5, 5.0)}, 5, epsilon=epsilon)
         columns = model.survey(points | {"phase": np.linspace(-3.0, 3.0, len(points["phase"]))})
         is_ok = columns["status"] == OK
         assert is_ok.mean() > (0.8 if epsilon < 0.01 else 0.3)
@@ -97,8 +95,8 @@ def test_pairs_whose_discriminant_is_open_are_unstable():
 @pytest.mark.parametrize(("name", "bar"), [("rotor", 1e-12), ("foucault", 1e-4)])
 def test_eigenvalues_of_large_perturbations_are_those_of_zero_amplitude(name, bar):
     """A tenth of the states' sizes: extrapolated from six motions each (rotor: its equations are linear)."""
-    model = Model(relative.description_of(name))
-    columns = model.survey(relative.points(model.system, model.n, 20, relative.RANGES[name], 4, 0.1))
+    model = described.model_of(name)
+    columns = model.survey(described.points(model, 20, relative.RANGES[name], 4, epsilon=0.1))
     assert (columns["status"] == OK).all()
     for component in ("real", "imag"):
         error = columns[f"eigenvalue_{component}_error"]
@@ -119,13 +117,13 @@ def test_errors_reach_an_eigenvalue_that_may_have_changed_places():
 
 def test_a_window_shorter_than_the_scale_is_refused():
     """Much less than a cycle: no digits are left of the normal equations, and the sixth order does not show."""
-    system = oscillators.description_of("double_pendulum")
-    points = oscillators.points(system, 2, 5, {"mass2": (5.0, 20.0), "length2": (5.0, 20.0)}, 1, 0.45)
-    columns = Model(system).survey(points, 0.001, 24000)
-    assert np.isin(columns["status"], (SHORT_WINDOW, PERTURBATION_TOO_LARGE)).all()
-    system = relative.description_of("viscous_slug")
-    points = relative.points(system, 5, 20, relative.RANGES["viscous_slug"])
-    assert (Model(system).survey(points, 0.04, 500)["status"] == SHORT_WINDOW).all()
+    model = described.model_of("double_pendulum")
+    points = described.points(model, 5, {"mass2": (5.0, 20.0), "length2": (5.0, 20.0)}, epsilon=0.45)
+    status = model.survey(points, 0.001, 24000)["status"]
+    assert np.isin(status, (SHORT_WINDOW, PERTURBATION_TOO_LARGE)).all()
+    model = described.model_of("viscous_slug")
+    points = described.points(model, 20, relative.RANGES["viscous_slug"])
+    assert (model.survey(points, 0.04, 500)["status"] == SHORT_WINDOW).all()
 
 
 def test_an_amplitude_that_bends_the_samples_beyond_their_least_singular_value_is_refused():
@@ -143,12 +141,10 @@ def test_an_amplitude_that_bends_the_samples_beyond_their_least_singular_value_i
 @pytest.mark.slow
 def test_eigenvalues_are_in_the_order_of_theorys_however_close_the_samples():
     """Pairs with imaginary parts 8e-6 of the scale apart, at a 16th and a 198th of a cycle between samples."""
-    system = relative.description_of("gravity_gradient_damped")
-    points = relative.points(system, 9, 1, {}, epsilon=3.1e-6)
-    for name, value in {"k1": -0.4656, "k3": -0.8553, "slug": 0.0022, "drag": 0.0135}.items():
-        points[name][:] = value
+    model = described.model_of("gravity_gradient_damped")
+    points = described.points_at(model, epsilon=3.1e-6, k1=-0.4656, k3=-0.8553, slug=0.0022, drag=0.0135)
     for samples in (16, 198):
-        columns = Model(system).survey(points, 1.182, samples)
+        columns = model.survey(points, 1.182, samples)
         for component in ("real", "imag"):
             value, theory, error = (columns[f"eigenvalue_{component}{end}"] for end in ("", "_theory", "_error"))
             assert (np.abs(value - theory) <= error).all()

@@ -3,8 +3,8 @@ import re
 import pytest
 import repeated
 import sympy as sp
-from described import flow
-from oscillators import LIBRARY, description_of
+from described import flow, model_of
+from oscillators import LIBRARY
 from sympy import cos, cot, pi, sin
 
 from sweeps.mechanics import DescriptionError, System
@@ -83,7 +83,7 @@ def linear_triatomic(outer_mass, inner_mass, stiffness, bond, depth, x1, x1_dot,
 
 @pytest.mark.parametrize("name", repeated.but(("double_pendulum", "bead_on_hoop"), LIBRARY))
 def test_kinetic_matrix_and_equations_are_the_textbooks(name):
-    system = description_of(name)
+    system = model_of(name).system
     derived = derive(system)
     a, equations, factors = globals()[name](**symbols(system))
     assert (derived.a - sp.Matrix(a)).applyfunc(sp.simplify).is_zero_matrix
@@ -94,7 +94,7 @@ def test_kinetic_matrix_and_equations_are_the_textbooks(name):
 
 
 def test_second_derivatives_at_equilibria_are_the_textbooks():
-    hoop = derive(description_of("bead_on_hoop"))
+    hoop = derive(model_of("bead_on_hoop").system)
     s = symbols(hoop.system)
     g, R, W, theta = s["gravity"], s["radius"], s["spin_rate"], s["theta"]
     square = hoop.hessian[0] / hoop.a[0]

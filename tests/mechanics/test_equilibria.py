@@ -5,8 +5,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from described import flow, particle
-from oscillators import description_of
+from described import flow, model_of, particle
 from scipy.optimize import brentq
 
 from kernels.estimator import statuses
@@ -39,7 +38,7 @@ def bead(V, *, bounds=(-3, 4), max_places=8, **settings):
 def test_hoop_has_the_places_of_its_formula_on_both_sides_of_the_pitchfork():
     radius, spin = np.meshgrid(np.geomspace(0.1, 10, 41), np.linspace(0, 20, 41))
     radius, spin = radius.ravel(), spin.ravel()
-    zeros, flat = places(description_of("bead_on_hoop"), radius=radius, spin_rate=spin)
+    zeros, flat = places(model_of("bead_on_hoop").system, radius=radius, spin_rate=spin)
     with np.errstate(divide="ignore"):
         cosine = 9.80665 / (radius * spin**2)
     is_tilted = cosine < 1
@@ -55,20 +54,20 @@ def test_hoop_has_the_places_of_its_formula_on_both_sides_of_the_pitchfork():
 
 def test_pitchfork_is_resolved_far_below_the_scan():
     excess = np.array([1e-4, 1e-8, 1e-12])  # roots at sqrt(2 excess), from 1e-2 to 1e-6: cells are 0.1 wide
-    zeros, _ = places(description_of("bead_on_hoop"), radius=9.80665 * (1 + excess), spin_rate=1.0)
+    zeros, _ = places(model_of("bead_on_hoop").system, radius=9.80665 * (1 + excess), spin_rate=1.0)
     assert zeros[:, 2, 0] == pytest.approx(np.sqrt(2 * excess), rel=2e-2)
     assert zeros[:, 3, 0] == pytest.approx(-np.sqrt(2 * excess), rel=2e-2)
-    exactly, _ = places(description_of("bead_on_hoop"), radius=1.0, gravity=1.0, spin_rate=1.0)
+    exactly, _ = places(model_of("bead_on_hoop").system, radius=1.0, gravity=1.0, spin_rate=1.0)
     assert np.isnan(exactly[0]).any(axis=-1).tolist() == [False, False, True, True]
     radius = np.geomspace(0.1, 10, 57)  # on the line but for a rounding: the bottom, whatever the rounding leaves
-    near, _ = places(description_of("bead_on_hoop"), radius=radius, spin_rate=np.sqrt(9.80665 / radius))
+    near, _ = places(model_of("bead_on_hoop").system, radius=radius, spin_rate=np.sqrt(9.80665 / radius))
     assert np.abs(near[:, 0, 0]).max() < 1e-7
     assert np.isnan(near[:, 2:]).all()
 
 
 def test_spherical_pendulum_against_brentq():
     L = np.geomspace(0.1, 50, 9)
-    zeros, _ = places(description_of("spherical_pendulum"), angular_momentum=L)
+    zeros, _ = places(model_of("spherical_pendulum").system, angular_momentum=L)
     for momentum, place in zip(L, zeros[:, 0, 0], strict=True):
 
         def force(theta, momentum=momentum):
@@ -78,7 +77,7 @@ def test_spherical_pendulum_against_brentq():
 
 
 def test_the_error_of_a_place_covers_its_distance_from_the_closed_form():
-    rng, landscape = np.random.default_rng(4), landscape_of(description_of("central_potential"))
+    rng, landscape = np.random.default_rng(4), landscape_of(model_of("central_potential").system)
     s, L = rng.uniform(-1.95, 8.0, 200), np.exp(rng.uniform(-4, 4, 200))
     parameters = [np.ones(200), np.ones(200), s, L]
     zeros = equilibria.find(landscape, parameters).places[:, 0]
@@ -94,7 +93,7 @@ def test_the_error_of_a_place_covers_its_distance_from_the_closed_form():
 
 
 def test_named_places_are_taken_to_the_last_bit():
-    zeros, _ = places(description_of("double_pendulum"), gravity=np.linspace(1, 20, 7))
+    zeros, _ = places(model_of("double_pendulum").system, gravity=np.linspace(1, 20, 7))
     assert np.isin(zeros, [0.0, np.pi]).all()
 
 
@@ -108,7 +107,7 @@ def test_a_periodic_coordinate_counts_its_end_once():
 def test_double_pendulum_has_four():
     rng = np.random.default_rng(3)
     zeros, flat = places(
-        description_of("double_pendulum"), mass2=rng.uniform(0.1, 10, 30), length2=rng.uniform(0.1, 10, 30)
+        model_of("double_pendulum").system, mass2=rng.uniform(0.1, 10, 30), length2=rng.uniform(0.1, 10, 30)
     )
     assert not flat.any()
     expected = np.array([[0, 0], [0, np.pi], [np.pi, 0], [np.pi, np.pi]])
@@ -116,7 +115,7 @@ def test_double_pendulum_has_four():
 
 
 def test_flat_directions_are_said():
-    wire, flat = places(description_of("bead_on_wire"), gravity=4.0, length=1.0, spin_rate=np.array([1.0, 2.0]))
+    wire, flat = places(model_of("bead_on_wire").system, gravity=4.0, length=1.0, spin_rate=np.array([1.0, 2.0]))
     assert flat.tolist() == [False, True]
     assert np.isnan(wire[:, 0, 0]).tolist() == [False, True]
     free = particle(lambda x, y: (x - y - 1) ** 2, "xy", most=2)
@@ -129,7 +128,7 @@ def test_flat_directions_are_said():
 
 
 def test_a_held_coordinate_finds_the_molecule():
-    zeros, flat = places(description_of("linear_triatomic"))
+    zeros, flat = places(model_of("linear_triatomic").system)
     assert not flat.any()
     assert zeros[0, 0] == pytest.approx([0, 1.16e-10, 2.32e-10], rel=1e-12)
 
@@ -163,9 +162,9 @@ def test_none_is_not_said_where_the_search_was_undecided(monkeypatch):
     assert "none is found and none excluded at 1 of 1" in equilibria.refusal(landscape, zeros, [])
 
 
-@pytest.mark.parametrize("name", ["relative.lagrange_points", "central_potential", "relative.foucault"])
+@pytest.mark.parametrize("name", ["lagrange_points", "central_potential", "foucault"])
 def test_points_that_are_searched_together_have_the_equilibria_that_each_has_alone(name, monkeypatch):
-    landscape, rng = landscape_of(description_of(name)), np.random.default_rng(5)
+    landscape, rng = landscape_of(model_of(name).system), np.random.default_rng(5)
     ranges = {"mass_ratio": (1e-3, 0.5), "exponent": (-1.9, 6.0), "spin_rate": (0.0, 2.0)}
     parameters = [
         rng.uniform(*ranges.get(p.name, (p.default, p.default)), 60) for p in landscape.system.parameters.values()
@@ -187,7 +186,7 @@ def test_points_that_are_searched_together_have_the_equilibria_that_each_has_alo
 def test_parameters_that_move_no_equilibrium_are_known():
     free = {"mass", "gravity", "length"}
     for name, none in {"pendulum": free, "bead_on_hoop": {"mass"}, "double_well": {"mass"}}.items():
-        landscape = landscape_of(description_of(name))
+        landscape = landscape_of(model_of(name).system)
         names = landscape.equations.system.parameters
         assert {n for n, default in zip(names, landscape.canonical, strict=True) if default is not None} == none
     # a factor that can vanish makes V flat there, and stays
@@ -225,7 +224,7 @@ def test_a_name_without_a_real_place_has_no_equilibrium_where_the_equations_have
     ends = [end for end in (low, high) if np.isfinite(end)]
     values = np.unique([end + side for end in ends for side in (-1.7, -0.5, -1e-3, -1e-6, 1e-6, 1e-3, 0.5, 1.7)])
     if rates is None:
-        model = Model(description_of("relative.steady_precession"))
+        model = model_of("steady_precession")
     else:
         unknowns = "xyz"[: len(signature(rates).parameters) - 1]
         names = names or {"on": lambda r: (r, sp.sqrt(1 - r**2))}

@@ -1,22 +1,14 @@
 """Flows that are spelled with few products."""
 
-import functools
-
 import numpy as np
 import pytest
-import relative
 import sympy as sp
-from described import flow
+from described import flow, model_of
 
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.first_order import _solve_by_order, graph
 from sweeps.mechanics.graph import Values
 from sweeps.mechanics.taylor import Code
-
-
-@functools.cache
-def flow_of(name):
-    return derive(relative.description_of(name))
 
 
 def value(g, e, numbers, place):
@@ -28,7 +20,7 @@ def value(g, e, numbers, place):
 
 @pytest.mark.slow
 def test_a_base_and_its_negative_share_one_inverse_root():
-    flow = flow_of("foucault")
+    flow = model_of("foucault").equations
     x, y = flow.states[:2]
     length = next(p for p in flow.parameters if p.name == "length")
     B, g = length**2 - x**2 - y**2, graph(flow)
@@ -42,7 +34,7 @@ def test_a_base_and_its_negative_share_one_inverse_root():
 
 @pytest.mark.slow
 def test_a_pendulum_in_a_turning_plane_is_half_as_long_by_the_inverse():
-    flow = flow_of("foucault")
+    flow = model_of("foucault").equations
     assert len(Code(graph(flow)).text) < 0.5 * len(Code(_solve_by_order(flow)).text)
 
 

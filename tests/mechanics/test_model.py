@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 import repeated
 import sympy as sp
-from described import particle, points_at
-from oscillators import LIBRARY, description_of, points
+from described import model_of, particle, points, points_at
+from oscillators import LIBRARY
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 from test_periodic import duffing_oscillator
@@ -28,24 +28,11 @@ EACH = [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n i
 PROMISED, MIN_RELATIVE_RATE = 1e-6, 1e-3  # largest relative error of ω², and the least |ω²|/S² at which it applies
 
 
-class Models(dict):
-    """Each shipped system's model, derived on first use."""
-
-    def __missing__(self, name):
-        self[name] = Model(description_of(name))
-        return self[name]
-
-
-@pytest.fixture(scope="module")
-def models():
-    return Models()
-
-
 @pytest.mark.parametrize("name", EACH)
-def test_errors_hold_the_distance_to_linear_theory(models, name):
-    model = models[name]
+def test_errors_hold_the_distance_to_linear_theory(name):
+    model = model_of(name)
     for epsilon in (1e-8, 1e-6, 1e-4, 1e-2, 1e-1):
-        columns = model.survey(points(model.system, model.equations.m, 40, LIBRARY[name], epsilon=epsilon))
+        columns = model.survey(points(model, 40, LIBRARY[name], epsilon=epsilon))
         is_ok, theory = columns["status"] == statuses.OK, columns["omega_squared_theory"]
         # at 0.1 orders no longer fall fast, and the reduced error has room for that
         for value, bar in (("omega_squared", 10.0), ("omega_squared_reduced", 60.0 if epsilon > 1e-3 else 10.0)):
@@ -64,10 +51,10 @@ def test_errors_hold_the_distance_to_linear_theory(models, name):
 
 
 @pytest.mark.slow
-def test_errors_hold_the_rounding_of_an_equilibrium_near_which_the_force_hardly_changes(models):
+def test_errors_hold_the_rounding_of_an_equilibrium_near_which_the_force_hardly_changes():
     """Of r^s with s near -2 the circle's radius is known to some roundings over s + 2."""
-    model, s = models["central_potential"], np.linspace(-1.95, -1.75, 150)
-    parameters = points(model.system, 2, 150, {"angular_momentum": (0.05, 5.0)}, epsilon=1e-12)
+    model, s = model_of("central_potential"), np.linspace(-1.95, -1.75, 150)
+    parameters = points(model, 150, {"angular_momentum": (0.05, 5.0)}, epsilon=1e-12)
     parameters["exponent"] = np.repeat(s, 2)
     columns = model.survey(parameters)
     with mpmath.workdps(30):
@@ -130,8 +117,8 @@ def test_errors_hold_where_a_direction_is_soft_or_flat():
          (0.20347284273258048, -0.22030280604475316), (0.7407407407407407, 27, 4.69679954929601e-13)),
     ],
 )  # fmt: skip
-def test_errors_hold_where_other_modes_move_too(models, mass, length, epsilon, phase, place, along, run):
-    model = models["double_pendulum"]
+def test_errors_hold_where_other_modes_move_too(mass, length, epsilon, phase, place, along, run):
+    model = model_of("double_pendulum")
     slot, mode = place
     rows = points_at(model, [slot], mass2=mass, length2=length, epsilon=epsilon, phase=phase)
     columns = model.survey({name: values[mode - 1 : mode] for name, values in rows.items()}, *run, direction=along)
@@ -154,20 +141,20 @@ def molecule(p, _):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "textbook"), [("spherical_pendulum", cone), ("linear_triatomic", molecule)])
-def test_squares_are_those_of_textbooks(models, name, textbook):
-    model = models[name]
-    columns = points(model.system, model.equations.m, 20, LIBRARY[name])
+def test_squares_are_those_of_textbooks(name, textbook):
+    model = model_of(name)
+    columns = points(model, 20, LIBRARY[name])
     result = model.survey(columns)
     squares = textbook(columns, result)
     assert (np.abs(result["omega_squared"] - squares) <= 1e-9 * result["rate_scale"] ** 2).all()
     assert (result["regime"] == np.where(squares == 0, kernel.MARGINAL, kernel.STABLE)).all()
 
 
-def test_a_large_swing_is_slower_by_its_amplitude_squared(models):
+def test_a_large_swing_is_slower_by_its_amplitude_squared():
     """−θ0²/16 in the frequency, over whole periods: S is the rate itself, so 4 cycles are 4 periods."""
-    model = models["pendulum"]
+    model = model_of("pendulum")
     sizes = np.geomspace(2e-3, 5e-2, 9)
-    columns = points(model.system, 1, 9, {}, phase=0.0)
+    columns = points(model, 9, {}, phase=0.0)
     columns["epsilon"] = np.repeat(sizes, 2)
     result = model.survey(columns)
     is_lower = columns["equilibrium"] == 0
@@ -179,12 +166,12 @@ def test_a_large_swing_is_slower_by_its_amplitude_squared(models):
 
 
 @pytest.mark.slow
-def test_two_nudges_take_away_the_error_of_first_order(models):
+def test_two_nudges_take_away_the_error_of_first_order():
     """The Morse bonds have V‴ ≠ 0: ω² from half the difference is off by ε², from one run by ε."""
-    model = models["linear_triatomic"]
+    model = model_of("linear_triatomic")
     deviations = []
     for epsilon in (1e-3, 1e-4):
-        columns = points(model.system, 3, 1, {}, epsilon=epsilon, phase=0.0)
+        columns = points(model, 1, {}, epsilon=epsilon, phase=0.0)
         pair = model.survey(columns)
         theory = model.theory(columns)
         assert theory["twice"].all()
@@ -197,9 +184,9 @@ def test_two_nudges_take_away_the_error_of_first_order(models):
 
 
 @pytest.mark.parametrize("name", ["bead_on_hoop", pytest.param("double_pendulum", marks=pytest.mark.slow)])
-def test_no_measured_column_depends_on_a_theoretical_rate(models, name, monkeypatch):
-    model = models[name]
-    columns = points(model.system, model.equations.m, 10, LIBRARY[name])
+def test_no_measured_column_depends_on_a_theoretical_rate(name, monkeypatch):
+    model = model_of(name)
+    columns = points(model, 10, LIBRARY[name])
     columns_before = model.survey(columns)
     honest = modes.normal_modes
 
@@ -214,9 +201,9 @@ def test_no_measured_column_depends_on_a_theoretical_rate(models, name, monkeypa
         assert is_equal != column.endswith("_theory"), column
 
 
-def test_a_flat_line_is_a_status(models):
-    model = models["bead_on_wire"]
-    columns = points(model.system, 1, 1, {}) | {"gravity": np.array([4.0]), "spin_rate": np.array([2.0])}
+def test_a_flat_line_is_a_status():
+    model = model_of("bead_on_wire")
+    columns = points(model, 1, {}) | {"gravity": np.array([4.0]), "spin_rate": np.array([2.0])}
     result = model.survey(columns)
     assert result["status"].tolist() == [statuses.FLAT]
     assert np.isnan(result["omega_squared"]).all()
@@ -240,10 +227,10 @@ def test_no_bit_of_a_point_depends_on_the_others(name):
         assert [key for key in alone if alone[key][0].tobytes() != together[key][i].tobytes()] == []
 
 
-def test_a_step_that_is_too_long_is_halved_until_it_holds(models):
+def test_a_step_that_is_too_long_is_halved_until_it_holds():
     """A perturbation of 0.3 at the loosest plan: the halving test detects it, and the points are run again."""
-    model = models["pendulum"]
-    columns = points(model.system, 1, 3, LIBRARY["pendulum"], epsilon=0.9)
+    model = model_of("pendulum")
+    columns = points(model, 3, LIBRARY["pendulum"], epsilon=0.9)
     loose = model.survey(columns, tolerance=1e-3)
     tight = model.survey(columns, tolerance=1e-12)
     assert (tight["status"] == statuses.OK).all()
@@ -256,14 +243,14 @@ def test_a_step_that_is_too_long_is_halved_until_it_holds(models):
 
 
 def hanging_pendulum(model, **given):
-    columns = points(model.system, 2, 1, {}) | {name: np.full(8, value) for name, value in given.items()}
+    columns = points(model, 1, {}) | {name: np.full(8, value) for name, value in given.items()}
     return {name: values[:2] for name, values in columns.items()}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("direction", [(1.0, 0.0), (-0.5, 2.0)])
-def test_a_nudge_in_a_direction_is_scipys_motion_mode_by_mode(models, direction):
-    model = models["double_pendulum"]
+def test_a_nudge_in_a_direction_is_scipys_motion_mode_by_mode(direction):
+    model = model_of("double_pendulum")
     m1, m2, l1, l2, g = 1.0, 0.4, 1.0, 0.7, 9.80665
     columns = hanging_pendulum(model, mass2=m2, length2=l2, epsilon=0.05)
     result = model.survey(columns, direction=direction)
@@ -293,8 +280,8 @@ def test_a_nudge_in_a_direction_is_scipys_motion_mode_by_mode(models, direction)
 
 
 @pytest.mark.slow
-def test_a_mode_without_a_share_of_the_direction_is_said(models):
-    model = models["double_pendulum"]
+def test_a_mode_without_a_share_of_the_direction_is_said():
+    model = model_of("double_pendulum")
     columns = hanging_pendulum(model)
     first = model.theory(columns)["modes"][0, :, 0]
     result = model.survey(columns, direction=first)
@@ -304,9 +291,9 @@ def test_a_mode_without_a_share_of_the_direction_is_said(models):
     assert result["omega_squared"][0] == pytest.approx(model.survey(columns)["omega_squared"][0], rel=1e-12)
 
 
-def test_log_slope_is_the_rate_where_its_window_holds_it(models):
-    model = models["pendulum"]
-    columns = points(model.system, 1, 6, LIBRARY["pendulum"], phase=0.0)
+def test_log_slope_is_the_rate_where_its_window_holds_it():
+    model = model_of("pendulum")
+    columns = points(model, 6, LIBRARY["pendulum"], phase=0.0)
     result = model.survey(columns)
     upright = columns["equilibrium"] == 1
     assert np.isnan(result["e_folds"][~upright]).all()

@@ -6,7 +6,7 @@ import relative
 import repeated
 import sympy as sp
 import verdicts
-from described import flow
+from described import flow, model_of
 
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.symmetries import sign_changes
@@ -132,7 +132,7 @@ def test_the_triangular_points_have_one_regime_as_coordinates_and_as_states(has_
     theory, measured, _, _ = verdicts.columns(Model(system), mass_ratio=ratios)
     right = ["stable" if has_integral else "marginal"] * 4 + ["flutter"] * 3
     assert theory == measured == right
-    lagrange_points = Model(relative.description_of("lagrange_points"))
+    lagrange_points = model_of("lagrange_points")
     if has_integral:
         assert verdicts.columns(lagrange_points, mass_ratio=ratios, epsilon=1e-12)[0] == right
 

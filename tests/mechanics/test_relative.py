@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import relative
 import sympy as sp
-from described import flow, points_at
+from described import flow, model_of, points, points_at
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
@@ -23,14 +23,9 @@ SETS = 400
 MEASURED = 48
 
 
-@functools.cache
-def model(name):
-    return Model(relative.description_of(name))
-
-
 def motions(name, count, seed=1, **fixed):
-    m = model(name)
-    columns = relative.points(m.system, m.n, count, relative.RANGES[name], seed)
+    m = model_of(name)
+    columns = points(m, count, relative.RANGES[name], seed)
     columns |= {k: np.full(len(columns["epsilon"]), v) for k, v in fixed.items()}
     return m, columns
 
@@ -99,8 +94,8 @@ def test_motions_show_the_spectrum_of_books(name):
 @pytest.mark.parametrize("epsilon", [1e-14, 1e-10])
 def test_errors_cover_where_a_small_state_feels_large_ones(epsilon):
     """The slug's rate about the axis, a hundredth of those across it: a nudge bends it hundreds of times its size."""
-    m = model("viscous_slug")
-    columns = m.survey(relative.points(m.system, m.n, 100, relative.RANGES["viscous_slug"], 2, epsilon))
+    m = model_of("viscous_slug")
+    columns = m.survey(points(m, 100, relative.RANGES["viscous_slug"], 2, epsilon=epsilon))
     for component in ("real", "imag"):
         deviation = np.abs(columns[f"eigenvalue_{component}"] - columns[f"eigenvalue_{component}_theory"])
         assert (deviation <= columns[f"eigenvalue_{component}_error"]).all()
@@ -222,7 +217,7 @@ def test_growth_begins_at_its_threshold(value):
     assert grows[0] != grows[1]
     at = edge(lambda x: (growth(name, **values(x)) > rounding) == grows[1], value - width, value + width)
     assert abs(at - value) < digits * max(1.0, abs(value))
-    x, m = value + np.linspace(-2e-6, 2e-6, 42), model(name)
+    x, m = value + np.linspace(-2e-6, 2e-6, 42), model_of(name)
     result = m.survey(points_at(m, [0], **values(x)))
     is_growing = (result["growth_rate"] > result["growth_rate_error"])[:: m.n]
     (at,) = np.flatnonzero(is_growing[1:] != is_growing[:-1])
@@ -291,7 +286,7 @@ def test_measured_growth_is_the_energy_sinks():
 
 def test_areas_of_the_stable_regions_of_the_gravity_gradient():
     """Lagrange's is 1/8 of the square of (k1, k3), DeBra and Delp's 1.99 %: counted in cells of the measurement."""
-    m, side = model("gravity_gradient"), 40
+    m, side = model_of("gravity_gradient"), 40
     at = (np.arange(side) + 0.5) / side * 2 - 1
     k1, k3 = (x.ravel() for x in np.meshgrid(at, at + 0.25 / side, indexing="ij"))  # no cell's middle on the diagonal
     result = m.survey(points_at(m, k1=k1, k3=k3))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import repeated
 import sympy as sp
-from described import particle, points_at
-from oscillators import LIBRARY, description_of
+from described import model_of, particle, points_at
+from oscillators import LIBRARY
 
 from kernels.estimator import statuses
 from kernels.flow import oscillations as kernel
@@ -173,7 +173,7 @@ UNITS = {  # parameter → exponents of length, mass and time
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY])
 def test_shipped_maps_do_not_know_the_units(name):
-    model = Model(description_of(name))
+    model = model_of(name)
     exponents = {p: UNITS[p] for p in model.names}
     rows = points_at(model, spin_rate=7.3) if name == "bead_on_hoop" else points_at(model)
     plain = model.survey(rows)

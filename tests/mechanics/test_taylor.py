@@ -1,20 +1,18 @@
 from concurrent.futures import ThreadPoolExecutor
 
-import described
 import numpy as np
-import oscillators
 import pytest
 import relative
 import repeated
 import sympy as sp
-from oscillators import LIBRARY, description_of, points
+from described import model_of, points
+from oscillators import LIBRARY
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
 from sweeps.mechanics import System, taylor
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.first_order import graph
-from sweeps.mechanics.model import Model
 from sweeps.mechanics.taylor import Code
 from sweeps.systems.reintegration import rates_of
 
@@ -41,8 +39,8 @@ def advance(model, S, step, steps):
 
 
 def test_order_is_twelve():
-    model = Model(description_of("pendulum"))
-    columns = points(model.system, 1, 1, {})
+    model = model_of("pendulum")
+    columns = points(model, 1, {})
     theta0, time = 1.5, 4.0
     S, _, scale = scratch(model, columns, [1.0], [0.0], theta0)
     k = np.sin(theta0 / 2)
@@ -60,13 +58,12 @@ SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in relative.RANGES]
 @pytest.mark.parametrize("name", EACH + SLOW)
 def test_full_motion_is_that_of_dop853(name):
     """Perturbations of 0.1 and of 0.01, which are far from linear, against SciPy on the symbolic rates."""
-    kind, last = (oscillators, "mode") if name in LIBRARY else (relative, "eigenvalue")
-    model, epsilon = Model(kind.description_of(name)), 0.1 if kind is oscillators else 0.01
+    model, epsilon = model_of(name), 0.1 if name in LIBRARY else 0.01
     ranges, e = LIBRARY | relative.RANGES, model.equations
-    columns = described.points(model.system, last, e.m, 1, ranges[name], 5, epsilon=epsilon, phase=0.6)
+    columns = points(model, 1, ranges[name], 5, epsilon=epsilon)
     theory = model.theory(columns)
     scale, sizes = theory["scale"][0], theory["sizes"][0]
-    sizes = np.append(sizes, sizes * scale) if kind is oscillators else sizes
+    sizes = np.append(sizes, sizes * scale) if name in LIBRARY else sizes
     x = np.random.default_rng(5).uniform(-1, 1, e.n) * sizes
     S, place, _ = scratch(model, columns, x[: e.n - len(e.v)], x[e.n - len(e.v) :], epsilon)
     place = np.append(place, np.zeros(len(e.v)))
@@ -83,9 +80,9 @@ def test_full_motion_is_that_of_dop853(name):
 
 @pytest.mark.parametrize("name", EACH)
 def test_energy_is_that_of_the_symbols(name):
-    model = Model(description_of(name))
+    model = model_of(name)
     n, rng = model.equations.m, np.random.default_rng(6)
-    columns = points(model.system, n, 1, LIBRARY[name])
+    columns = points(model, 1, LIBRARY[name])
     theory = model.theory(columns)
     x, v = rng.uniform(-1, 1, n) * theory["sizes"][0], rng.uniform(-1, 1, n) * theory["sizes"][0] * theory["scale"][0]
     epsilon = 1e-3
@@ -111,8 +108,8 @@ def test_energy_is_that_of_the_symbols(name):
 @pytest.mark.slow
 def test_nothing_is_lost_in_a_small_nudge():
     """The same motion at nudges of 1e-6, 1e-12 and 1e-100: each differs from the linear motion by its own ε."""
-    model = Model(description_of("double_pendulum"))
-    columns = points(model.system, 2, 1, {})
+    model = model_of("double_pendulum")
+    columns = points(model, 1, {})
     ends = []
     for epsilon in (1e-100, 1e-12, 1e-6):
         S, _, scale = scratch(model, columns, [1.0, -0.3], [0.0, 0.0], epsilon)
