@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -67,15 +68,11 @@ def test_verdicts_and_periods_are_those_of_the_full_equations():
 
 @pytest.mark.slow
 def test_damping_leaves_what_is_called_stable_and_unsettles_what_is_not():
-    bodies = [
-        {"name": "Lagrange", "I1": 1.1, "I2": 1.2, "I3": 1.0},
-        {"name": "DeBra", "I1": 1.1, "I2": 1.0, "I3": 1.05},
-    ]
+    # a body in Lagrange's region, one in DeBra and Delp's
+    moments = {"stable": (1.1, 1.2, 1.0), "stable_without_loss": (1.1, 1.0, 1.05)}
+    assert [orbit.judge_orientation(*body)[0] for body in moments.values()] == [*moments]
+    bodies = [{"name": name} | dict(zip(("I1", "I2", "I3"), body, strict=True)) for name, body in moments.items()]
     ds = sweeps.survey(system="gravity_gradient_damped", bodies=bodies).squeeze()
-    assert [orbit.judge_orientation(*(b[f"I{i}"] for i in (1, 2, 3)))[0] for b in bodies] == [
-        "stable",
-        "stable_without_loss",
-    ]
     growth = ds["growth_rate"].values.reshape(2, -1)[:, 0]
     assert growth[0] < 0.0 < growth[1]
 
@@ -89,29 +86,22 @@ def test_moments_in_the_grid_are_points_of_k1_and_k3():
     np.testing.assert_array_equal(k3, (12.0 - roll) / yaw)
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"grid": {"roll_moment": 1.0}}, "grid.pitch_moment: is missing; allowed: pitch moment of inertia, kg m2"),
-        ({"bodies": [{"name": "A", "I1": 1.0, "I2": 2.0}]}, "bodies[0].I3: is missing; allowed: I1, I2 and I3"),
-        (
-            {"bodies": [{"name": "A", "I1": 1.0, "I2": 2.0, "I3": 1.0}]},
-            "[1.0, 2.0, 1.0] have k1 = 1 and k3 = 1; allowed",
-        ),
-        (
-            {"bodies": [{"name": "A", "I1": 1.0, "I2": 1.1, "I3": 1.0}], "grid": {"yaw_moment": 1.0}},
-            "grid.yaw_moment: is given beside bodies; allowed: one of them",
-        ),
-        (
-            {"grid": {"roll_moment": 1.0, "pitch_moment": 1.1, "yaw_moment": 1.0, "k1": 0.1}},
-            "table.k1: 'k1' is a column of the table and given in grid too; allowed: one of these",
-        ),
-    ],
-)
-def test_satellites_that_are_refused(values, message):
-    with pytest.raises(DefinitionError) as error:
-        read_sweep({"system": "gravity_gradient", **values})
-    assert message in str(error.value)
+THREE = {"roll_moment": 1.0, "pitch_moment": 1.1, "yaw_moment": 1.0}
+REFUSED = {  # message → grid, moments of a body
+    "grid.pitch_moment: is missing; allowed: pitch moment of inertia, kg m2": ({"roll_moment": 1.0}, None),
+    "bodies[0].I3: is missing; allowed: I1, I2 and I3": ({}, {"I1": 1.0, "I2": 2.0}),
+    "[1.0, 2.0, 1.0] have k1 = 1 and k3 = 1; allowed": ({}, {"I1": 1.0, "I2": 2.0, "I3": 1.0}),
+    "grid.yaw_moment: is given beside bodies; allowed": ({"yaw_moment": 1.0}, {"I1": 1.0, "I2": 1.1, "I3": 1.0}),
+    "table.k1: 'k1' is a column of the table and given in grid too; allowed: one": (THREE | {"k1": 0.1}, None),
+}
+
+
+@pytest.mark.parametrize("message", REFUSED)
+def test_satellites_that_are_refused(message):
+    grid, moments = REFUSED[message]
+    bodies = {"bodies": [{"name": "A"} | moments]} if moments else {}
+    with pytest.raises(DefinitionError, match=re.escape(message)):
+        read_sweep({"system": "gravity_gradient", "grid": grid} | bodies)
 
 
 def test_the_command_reports_which_axis_may_point_down(capsys):
