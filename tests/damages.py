@@ -8,7 +8,6 @@ import os
 import random
 import resource
 import shutil
-import signal
 import traceback
 import warnings
 from functools import cache, partial
@@ -528,27 +527,6 @@ def _peak_here():
 def _peak(children):
     """Return the largest resident size since `_forget_peak`, here or in a child; `children` is `_children()` then."""
     return max(_peak_here(), 1024 * _children() if _children() > children else 0)
-
-
-def in_a_copy(function, patience=300):
-    """Return the result of a function in a fork of this process, or a description of the fork's failure."""
-    reading, writing = os.pipe()
-    child = os.fork()
-    if not child:
-        status = 9
-        try:
-            signal.alarm(patience)
-            os.write(writing, json.dumps(function()).encode()[:60_000])
-            status = 0
-        except BaseException:
-            traceback.print_exc()
-        finally:
-            os._exit(status)
-    os.close(writing)
-    with os.fdopen(reading, "rb") as pipe:
-        answer = pipe.read()
-    _, exit_status = os.waitpid(child, 0)
-    return json.loads(answer) if answer and exit_status == 0 else f"the process ended with {exit_status}"
 
 
 @contextlib.contextmanager

@@ -1,7 +1,6 @@
 """The process that made a file, and whether it lives: exact on one machine, patient with further machines."""
 
 import os
-import re
 import subprocess
 import sys
 from functools import partial
@@ -26,23 +25,16 @@ def dead_process():
     return process.pid
 
 
-def test_this_process_lives_and_an_ended_one_does_not(dead_process):
-    assert not process_identity.is_over(process_identity.process_mark(), silence=1e9)
+def test_this_process_lives_and_ended_ones_do_not(dead_process):
+    mark = process_identity.process_mark()
+    assert not process_identity.is_over(mark, silence=1e9)
     assert process_identity.is_over(mark_with(number=dead_process), silence=0.0)
-
-
-def test_a_process_that_nobody_waited_for_has_ended():
+    assert process_identity.is_over(mark_with(begun=int(mark.rpartition("-")[2]) - 1), silence=0.0)  # used again
     process = subprocess.Popen([sys.executable, "-c", ""], stdout=subprocess.PIPE)
     process.stdout.read()
-    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)  # nobody has read its status
     assert process_identity.is_over(mark_with(number=process.pid, begun=0), silence=0.0)
     process.wait()
-
-
-def test_a_number_that_another_program_has_now_is_over():
-    assert process_identity.is_over(
-        mark_with(begun=int(process_identity.process_mark().rpartition("-")[2]) - 1), silence=0.0
-    )
 
 
 @pytest.mark.parametrize("elsewhere", [{"boot": "0" * 12}, {"space": 1}, {"boot": "0" * 12, "host": "other"}])
@@ -54,22 +46,17 @@ def test_processes_elsewhere_are_given_a_day(elsewhere, dead_process):
 
 
 def test_leftovers_of_dead_processes_go_and_those_of_living_ones_stay(tmp_path, dead_process):
-    folders = [
-        tmp_path / f".figures.{mark}.abc.part"
-        for mark in (
-            mark_with(number=dead_process),
-            process_identity.process_mark(),
-            mark_with(number=dead_process, space=1),
-        )
-    ]
+    dead = mark_with(number=dead_process)
+    marks = dead, process_identity.process_mark(), mark_with(number=dead_process, space=1)
+    folders = [tmp_path / f".figures.{mark}.abc.part" for mark in marks]
     for leftover in folders:
         leftover.mkdir()
         (leftover / "made").mkdir()
         (leftover / "made/bodies.png").write_bytes(b"half")
-    single = tmp_path / f".map.nc.{mark_with(number=dead_process)}.abc.part"
+    single = tmp_path / f".map.nc.{dead}.abc.part"
     single.write_bytes(b"half")
     with files.replace_output(tmp_path / "figures", is_folder=True) as folder:
-        assert re.search(re.escape(process_identity.process_mark()), str(folder))
+        assert marks[1] in str(folder)
     assert [leftover.exists() for leftover in folders] == [False, True, True]
     assert single.exists()  # a file of a live machine; its next writer removes it
     files.remove_all_leftovers(tmp_path)

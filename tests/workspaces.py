@@ -71,14 +71,7 @@ class Workspace:
 
     def ask(self, code, **settings):
         """Return the output of Python code in this copy."""
-        return self._run_python(["-c", code], settings)
-
-    def command(self, *words):
-        """Return the output of a command of `python -m sweeps` in this copy."""
-        return self._run_python(["-m", "sweeps", *words], {})
-
-    def _run_python(self, arguments, settings):
-        command, environment = [sys.executable, *arguments], {**self.environment, **settings}
+        command, environment = [sys.executable, "-c", code], {**self.environment, **settings}
         answer = subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True, check=False)
         assert answer.returncode == 0, answer.stderr
         assert "Traceback" not in answer.stderr

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.maps.description import MapDescription
-from sweeps.schema.datasets import flags
+from sweeps.schema.datasets import along, flags
 from sweeps.schema.iteration import blocks
 from sweeps.schema.variables import Role, of_role
 
@@ -240,12 +240,7 @@ def read_box(ds: "xr.Dataset", name: str, box: Mapping[str, slice]) -> np.ndarra
         name: of the variable.
         box: dimension → slice; dimensions that the variable lacks have length one in the result.
     """
-    variable = ds[name]
-    values = variable.isel({dim: extent for dim, extent in box.items() if dim in variable.dims}).transpose(
-        *(dim for dim in box if dim in variable.dims)
-    )
-    lengths = iter(values.shape)
-    return values.values.reshape([next(lengths) if dim in variable.dims else 1 for dim in box])
+    return along(ds[name].isel({dim: extent for dim, extent in box.items() if dim in ds[name].dims}), tuple(box))
 
 
 def comparison_rule(summary: Summary) -> str:

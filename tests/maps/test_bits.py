@@ -95,12 +95,6 @@ def test_a_bit_anywhere_in_a_map_is_noticed_or_has_no_effect(small_map, tmp_path
     assert ends["found"] + ends["refused"] > 0
 
 
-def merge_places(path):
-    """Places in a shard of the numbers that a merge takes from it: (address, bytes)."""
-    structure = hdf5.read_structure(FileBytes(path))
-    return [tuple(place[-2:]) for variable in structure.variables.values() for place in variable.places.tolist()]
-
-
 @pytest.mark.parametrize(
     ("flips", "number"), [(8, 1), *(pytest.param(NUM_FLIPS // 5, number, marks=LONG) for number in (1, 2))]
 )
@@ -115,7 +109,9 @@ def test_a_bit_of_a_shard_is_noticed_or_has_no_effect(tmp_path, number, flips):
             blocks = [{n: c.tobytes() for n, c in columns.items()} for columns in source.blocks()]
             return blocks, source.first, source.after, source.motions
 
-    right, places, rng, ends = content(), merge_places(sound_shard), random.Random(flips), Counter()
+    structure = hdf5.read_structure(FileBytes(sound_shard))
+    places = [tuple(place[-2:]) for variable in structure.variables.values() for place in variable.places.tolist()]
+    right, rng, ends = content(), random.Random(flips), Counter()
     assert len(places) == len(KINDS)
     for k in range(flips):
         address, size = rng.choice(places) if k % 2 else (0, sound_shard.stat().st_size)

@@ -89,18 +89,12 @@ def small():
 # The cut into shards and threads changes no bit
 
 
-@pytest.mark.parametrize(
-    ("definition", "count", "threads"),
-    [
-        pytest.param(
-            definition, count, threads, id=f"{name}-{count}-{threads}", marks=() if quick else pytest.mark.slow
-        )
-        for name, definition in {"grid": TINY, "bodies": BODIES, "points": POINTS}.items()
-        for count, threads in ((1, 2), (3, 1), (4, 2))
-        for quick in [(name, count, threads) in {("grid", 4, 2), ("points", 3, 1)}]
-    ],
-)
-def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, monkeypatch):
+CUTS = [(definition, *cut) for definition in (TINY, BODIES, POINTS) for cut in ((1, 2), (3, 1), (4, 2))]
+
+
+@pytest.mark.parametrize("case", repeated.but((CUTS[2], CUTS[7]), CUTS))
+def test_shards_and_threads_change_no_bit(case, tmp_path, monkeypatch):
+    definition, count, threads = case
     monkeypatch.setattr(content_hash, "CHUNK_POINTS", 50)  # so that a shard is many chunks, and shares some
     monkeypatch.setattr(sharding, "BLOCK_POINTS", 120)
     expected = dataset.survey_grid(definition)
@@ -108,12 +102,8 @@ def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, 
     written_hash = merging.merge_shards(definition, write_shards(tmp_path, definition, count, threads)[::-1], path)
     with storage.open_map(path) as ds:
         assert_same_bits(ds, expected)
-        assert (
-            ds.attrs["content_hash"]
-            == written_hash
-            == content_hash.content_hash(expected)
-            == content_hash.content_hash(ds)
-        )
+        hashes = {ds.attrs["content_hash"], written_hash, content_hash.content_hash(ds)}
+        assert hashes == {content_hash.content_hash(expected)}
         assert {n: ds.attrs[n] for n in expected.attrs} == expected.attrs
 
 
@@ -348,12 +338,8 @@ def test_a_part_is_written_and_read_a_few_values_at_a_time(has_chunks, tiny, tmp
         written_hash = mapfile.write_part(ds, tmp_path / "part.nc", "slice")
     assert max(sizes) <= 3
     with open_map(tmp_path / "part.nc") as ds:
-        assert (
-            ds.attrs["content_hash"]
-            == written_hash
-            == content_hash.content_hash(ds)
-            == content_hash.content_hash(small)
-        )
+        hashes = {ds.attrs["content_hash"], written_hash, content_hash.content_hash(ds)}
+        assert hashes == {content_hash.content_hash(small)}
 
 
 def test_steps_across_chunks_read_what_was_written(tiny, tmp_path):

@@ -57,30 +57,13 @@ def test_the_worst_stands_where_it_says(ds):
     assert float(deviation.max()) == pytest.approx(worst.value, rel=1e-6)  # 1 - x and (y - z)/z round otherwise
 
 
-def test_the_worst_knows_how_many_were_compared():
-    worst = summary.Worst()
-    assert (worst.value, worst.points) == (0.0, 0)
-    worst.add(np.array([1.0, np.nan, 3.0]), {"x": slice(4, 7)})
-    worst.add(np.array([2.0]), {"x": slice(7, 8)})
-    assert (worst.value, worst.at, worst.points) == (3.0, {"x": 6}, 3)
-
-
 def test_blocks_change_nothing(ds, monkeypatch):
     at_once = summary.summarise(ds)
     monkeypatch.setattr(summary, "BLOCK_POINTS", 15)
     assert len(list(blocks(dimensions(ds), 15))) > 10
     by_blocks = summary.summarise(ds)
-    assert (by_blocks.points, by_blocks.compared, by_blocks.counts, by_blocks.table) == (
-        at_once.points,
-        at_once.compared,
-        at_once.counts,
-        at_once.table,
-    )
-    assert (by_blocks.disagreements, by_blocks.impossible, by_blocks.checks) == (
-        at_once.disagreements,
-        at_once.impossible,
-        at_once.checks,
-    )
+    for name in ("points", "compared", "counts", "table", "disagreements", "impossible", "checks"):
+        assert getattr(by_blocks, name) == getattr(at_once, name)
     for pair, deviation in by_blocks.deviations.items():
         assert deviation.worst == at_once.deviations[pair].worst
         assert (deviation.counts == at_once.deviations[pair].counts).all()
@@ -140,10 +123,7 @@ def test_a_narrow_terminal_gets_a_thinner_map_with_both_ends():
 
 def test_equal_panels_are_one(ds):
     equal_map = ds.assign(regime=(ds.regime.dims, ds.regime.isel(axis=[1, 1, 1]).values, ds.regime.attrs))
-    equal_panels, all_panels = (
-        textmap.draw_map(equal_map, MapDescription(equal_map), {}),
-        textmap.draw_map(ds, MapDescription(ds), {}),
-    )
+    equal_panels, all_panels = (textmap.draw_map(each, MapDescription(each), {}) for each in (equal_map, ds))
     assert [panel.title for panel in equal_panels.panels] == ["axis 1 … 3"]
     assert equal_panels.panels[0].rows == all_panels.panels[1].rows
 
