@@ -73,7 +73,7 @@ def _plan_entries(plan) -> dict:
     return {
         "definition": str(plan.path),
         "title": definition.title,
-        "dimensions": dict(zip(grid.dims, grid.shape, strict=True)),
+        "dimensions": grid.sizes,
         **asdict(needs),
         **dict(zip(("impossible", "impossible_counted"), count_impossible(plan.sweep), strict=True)),
         "lacking_here": list_shortages(plan.sweep, needs, "results"),
@@ -90,7 +90,7 @@ def _plan_lines(plan):
     grid, definition, needs = plan.sweep.grid, plan.sweep.definition, plan.needs
     yield "definition", f"{plan.path}: valid"
     yield "title", definition.title
-    dimensions = " × ".join(f"{n:,} {d}" for d, n in zip(grid.dims, grid.shape, strict=True))
+    dimensions = " × ".join(f"{n:,} {d}" for d, n in grid.sizes.items())
     yield "points", f"{plan.sweep.size_in_words.replace(' points', '', 1)} = {dimensions}"
     count, is_exact = count_impossible(plan.sweep)
     if count:

@@ -9,7 +9,7 @@ from typing import Any
 from sweeps.commands import parser
 from sweeps.figure import colors, printing
 from sweeps.process import progress
-from sweeps.schema.datasets import flags, units_of
+from sweeps.schema.datasets import dimensions, flags, units_of
 from sweeps.schema.refusals import RefusedError, cut_text
 
 SHOW = """\
@@ -174,7 +174,7 @@ def _write_slice(args):
 
     with storage.open_map(args.map) as ds:
         places = selection.nearest_places(ds, args.coordinates, "--")
-        kept_dims, extra_dims = selection.open_dimensions(ds, places), extra_dimensions(ds)
+        kept_dims, extra_dims = [dim for dim in dimensions(ds) if dim not in places], extra_dimensions(ds)
         plane = [dim for dim in kept_dims if dim not in extra_dims]
         _check_plane(args.map, ds, plane)
         write_part(selection.select_places(ds, places), args.output, "slice")

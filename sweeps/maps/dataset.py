@@ -30,14 +30,13 @@ def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
         sizes = _chunk_sizes(grid, chunks)
         arrays = [array.chunk({d: sizes[d] for d in array.dims}) for array in arrays]
     is_long = chunks is None and integration_seconds(sweep, grid.size) > LONG_SECONDS * threads
-    extra_sizes = {dim: values.size for dim, values in grid.extra_dimensions.items()}
     results = xr.apply_ufunc(
         partial(_measure_columns, sweep=sweep, threads=threads, num_pieces=PIECES * is_long),
         *arrays,
         output_core_dims=[list(variable.over) for variable in variables],
         dask="parallelized",
         output_dtypes=[np.dtype(variable.dtype) for variable in variables],
-        dask_gufunc_kwargs={"output_sizes": extra_sizes} if extra_sizes else {},
+        dask_gufunc_kwargs={"output_sizes": grid.extra_sizes} if grid.extra_sizes else {},
     )
     data = {}
     for spec, result in zip(variables, results if len(variables) > 1 else (results,), strict=True):
@@ -64,7 +63,7 @@ def _chunk_sizes(grid: Grid, chunks) -> dict[str, int]:
         unknown = sorted(set(chunks) - set(grid.dims))
         if unknown:
             raise ValueError(f"chunks: {unknown} are no dimensions; allowed: {', '.join(grid.dims)}")
-        return {dim: chunks.get(dim, size) for dim, size in zip(grid.dims, grid.shape, strict=True)}
+        return {dim: chunks.get(dim, size) for dim, size in grid.sizes.items()}
     points_left = 2**18 if chunks == "auto" else int(chunks)
     sizes = {}
     for dim, size in zip(reversed(grid.dims), reversed(grid.shape), strict=True):

@@ -1,7 +1,7 @@
 """The motion at one point of a map, computed by its system and written to a file."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,31 +17,6 @@ from sweeps.shards.mapfile import write_part
 from sweeps.systems.motion import MotionError, check_finite
 
 FORMATS = (".nc", ".csv", ".aem")
-
-
-def compute_motion(
-    system: systems.Dynamics, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
-) -> xr.Dataset:
-    """Return the motion at a point of a map (see `sweeps.systems.Dynamics.motion`).
-
-    Args:
-        system: the system of the map.
-        point: coordinate → value.
-        duration: s; None for the system's default.
-        samples: number of samples; None for the system's default.
-        tolerance: of the integration.
-
-    Raises:
-        MotionError: if the system has no motion at its points, or it is not finite.
-    """
-    check_length(duration, samples)
-    with np.errstate(all="ignore"):
-        motion = system.motion(point, duration, samples, tolerance)
-    if motion is None:
-        allowed = " and ".join(systems.systems_with_motion())
-        raise MotionError(f"motion: {system.name} has none at its points; allowed: maps of {allowed}")
-    check_finite({str(name): (variable.dims, variable.values) for name, variable in motion.variables.items()})
-    return motion
 
 
 def check_length(duration: float | None, samples: int | None) -> None:
@@ -60,10 +35,19 @@ def point_motion(row: xr.Dataset, duration: Any, tolerance: float, samples: int 
         duration: s, a number or text with a unit; None for the system's default.
         tolerance: of the integration.
         samples: number of samples; None for the system's default.
+
+    Raises:
+        MotionError: if the system has no motion at its points, or it is not finite.
     """
-    point = {name: row[name].item() for name in row.coords if row[name].ndim == 0}
+    system, point = systems.of_map(row), {name: row[name].item() for name in row.coords if row[name].ndim == 0}
     duration = None if duration is None else parse_amount("duration", duration, "s")
-    motion = compute_motion(systems.of_map(row), point, duration, samples, tolerance)
+    check_length(duration, samples)
+    with np.errstate(all="ignore"):
+        motion = system.motion(point, duration, samples, tolerance)
+    if motion is None:
+        allowed = " and ".join(systems.systems_with_motion())
+        raise MotionError(f"motion: {system.name} has none at its points; allowed: maps of {allowed}")
+    check_finite({str(name): (variable.dims, variable.values) for name, variable in motion.variables.items()})
     provenance = {name: row.attrs.get(name, "") for name in ("title", "source", "Conventions", "kernel_fingerprint")}
     return motion.assign_attrs(provenance | {"point": ", ".join(f"{name} = {value}" for name, value in point.items())})
 

@@ -150,11 +150,6 @@ def format_range(values: np.ndarray) -> str:
     return f"{low} to {high} ({values.size:,} values)"
 
 
-def open_dimensions(ds: "xr.Dataset", places: Mapping[str, Place]) -> list[str]:
-    """Return the dimensions without a chosen value."""
-    return [dim for dim in dimensions(ds) if dim not in places]
-
-
 def select_places(ds: "xr.Dataset", places: Mapping[str, Place]) -> "xr.Dataset":
     """Return the slice of a map at some places; their dimensions become scalar coordinates."""
     return ds.isel({dim: place.index for dim, place in places.items()})
@@ -183,7 +178,7 @@ def select_point(
         slices.check_is_map(whole_map)
         places = nearest_places(whole_map, {name: str(value) for name, value in requested.items()}, prefix)
         spectrum_dims = {*systems.of_map(whole_map).spectrum, *extra_dimensions(whole_map)}
-        dims = [dim for dim in open_dimensions(whole_map, places) if dim not in spectrum_dims]
+        dims = [dim for dim in dimensions(whole_map) if dim not in {*places, *spectrum_dims}]
         check_places(whole_map, dims, prefix, f"{ds}: " if whole_map is not ds else "")
         return select_places(whole_map, places).load(), places
 

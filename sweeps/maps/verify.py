@@ -171,7 +171,7 @@ def _check_grid(ds: xr.Dataset, sweep: Sweep) -> Check:
     """Check dimensions, coordinates and variables of the map against its definition."""
     grid = sweep.grid
     covers = f"{grid.size:,} points: dimensions, coordinates, {len(sweep.variables)} variables"
-    sizes = dict(zip(grid.dims, grid.shape, strict=True)) | {dim: v.size for dim, v in grid.extra_dimensions.items()}
+    sizes = grid.sizes | grid.extra_sizes
     if dict(ds.sizes) != sizes:
         return Check("grid", covers, (f"dimensions: {_sizes_text(ds.sizes)}, by the definition {_sizes_text(sizes)}",))
     # dimensions and types of variables were compared with the system's when the map was opened

@@ -5,7 +5,7 @@ A shard under Snakemake, a chunk under Dask and a call in a notebook all come he
 
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from itertools import pairwise
 
 import numpy as np
@@ -27,11 +27,9 @@ def measure_points(
         threads: number of threads that share the work; it changes no bit.
         num_pieces: number of pieces whose progress a bar shows on a terminal or in a notebook; 0 for none.
     """
-    if not num_pieces:
-        with open_pool(threads) as pool:
-            return submit_points(points, sweep, pool, threads)()
-    with progress.count_pieces(num_pieces, "measuring") as advance, open_pool(threads) as pool:
-        return submit_points(points, sweep, pool, num_pieces, lambda _: advance())()
+    bar = progress.count_pieces(num_pieces, "measuring") if num_pieces else nullcontext(lambda: None)
+    with bar as advance, open_pool(threads) as pool:
+        return submit_points(points, sweep, pool, num_pieces or threads, lambda _: advance())()
 
 
 @contextmanager

@@ -70,12 +70,13 @@ class Grid:
         self.point_rows = SampledPoints(definition) if definition.sample is not None else definition.rows
         self.derived_parameters = DerivedParameters(definition)  #: parameters that follow from a pair of ratios
         self._along = self._axes()
-        self.dims = tuple(self._along)  #: names of the dimensions, in storage order
-        #: length of each dimension
-        self.shape = tuple(v.num if isinstance(v, Range) else v.size for v in self._along.values())
+        #: dimension → its length, in storage order
+        self.sizes = {dim: v.num if isinstance(v, Range) else v.size for dim, v in self._along.items()}
+        self.dims, self.shape = tuple(self.sizes), tuple(self.sizes.values())
         self.size = math.prod(self.shape)  #: number of points
         #: dimension that variables have at every point → the values along it
         self.extra_dimensions = system.extra_dimensions(definition)
+        self.extra_sizes = {dim: values.size for dim, values in self.extra_dimensions.items()}  #: their lengths
         self.arguments = system.arguments(definition)  #: names of the coordinates that a point consists of
 
     def _axes(self) -> "dict[str, Axis]":
@@ -99,7 +100,7 @@ class Grid:
         of_system = self.system.auxiliary(self.definition)
         coordinates: dict[str, tuple[tuple[str, ...], Any]] = {n: ((dim,), v) for n, (dim, v) in of_system.items()}
         columns = scattered.lazy_columns(self.point_rows) if self.point_rows else {}
-        follows = self.derived_parameters.coordinates(dict(zip(self.dims, self.shape, strict=True)), self.values)
+        follows = self.derived_parameters.coordinates(self.sizes, self.values)
         if point_names := getattr(self.point_rows, "point_names", ()):
             coordinates["name"] = (POINT,), np.array(point_names)
         return coordinates | {name: ((POINT,), values) for name, values in columns.items()} | follows
@@ -185,8 +186,7 @@ class Sweep:
     @property
     def each(self) -> dict[str, int]:
         """Dimension → length, for the dimensions of results that each point has: equilibria, modes or eigenvalues."""
-        sizes = zip(self.grid.dims, self.grid.shape, strict=True)
-        return {dim: n for dim, n in sizes if n > 1 and dim in self.system.several}
+        return {dim: n for dim, n in self.grid.sizes.items() if n > 1 and dim in self.system.several}
 
     @property
     def size_in_words(self) -> str:
@@ -197,7 +197,7 @@ class Sweep:
 
     def shape_at(self, name: str) -> tuple[int, ...]:
         """Return the shape of a variable's value at one point: () without further dimensions."""
-        return tuple(self.grid.extra_dimensions[dim].size for dim in self.variables[name].over)
+        return tuple(self.grid.extra_sizes[dim] for dim in self.variables[name].over)
 
     def __reduce__(self):
         """Pickle a sweep as its definition."""

@@ -18,7 +18,6 @@ from sweeps.shards.shard import (
     ForeignError,
     MapError,
     Progress,
-    extra_sizes,
     measure_blocks,
     open_shard,
     write_shard,
@@ -115,7 +114,7 @@ def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None
 def _new_map(sweep: Sweep, path: str | Path) -> Iterator[MapFile]:
     """Yield the file of a map with its coordinates and empty columns."""
     grid, names = sweep.grid, " ".join(sorted(sweep.grid.auxiliary))
-    with new_file(path, dict(zip(grid.dims, grid.shape, strict=True)) | extra_sizes(sweep)) as file:
+    with new_file(path, grid.sizes | grid.extra_sizes) as file:
         file.add_columns(grid.dims, sweep.variables, {"coordinates": names} if names else {})
         coordinates = contract.coordinates(sweep)
         for name, (dims, values, attributes) in coordinates.items():

@@ -44,11 +44,6 @@ class ForeignError(DamagedError):
     """A shard of another definition, or of different kernels."""
 
 
-def extra_sizes(sweep: Sweep) -> dict[str, int]:
-    """Return dimension → length of the further dimensions that variables of a sweep have at each point."""
-    return {dim: values.size for dim, values in sweep.grid.extra_dimensions.items()}
-
-
 def _seal_text(facts: Iterable[str], content_hash: str) -> str:
     """Return one hash of a shard's attributes (`facts`) and the content hash of its values."""
     return hashlib.sha256("\0".join((*facts, content_hash)).encode()).hexdigest()
@@ -74,7 +69,7 @@ def write_shard(
         progress: called with the number of points of each finished block.
     """
     start, stop = sweep.grid.shard_bounds(count)[number - 1]
-    with new_file(path, {POINT.name: stop - start} | extra_sizes(sweep), flush=False) as file:
+    with new_file(path, {POINT.name: stop - start} | sweep.grid.extra_sizes, flush=False) as file:
         file.add_columns([POINT.name], sweep.variables)
         motions = measure_blocks(sweep, range(start, stop), file.put_columns, threads, progress)
         facts = dict(zip(FACTS, map(str, (start, stop, motions)), strict=True))

@@ -2,17 +2,23 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import solve_ivp
 
-from sweeps import systems
 from sweeps.maps import motion
 from sweeps.reading.attitude_files import AttitudeMessage
 from sweeps.reading.files import FileBytes
+from sweeps.schema.refusals import RefusedError
 from sweeps.systems.rigid_body.system import SYSTEM as RIGID_BODY
 from sweeps.systems.symmetric_top.system import SYSTEM as TOP
 
 POINT = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "axis": 2, "omega0": -10.0, "epsilon": 1e-2, "phase": 0.6}
 OMEGA = ["omega1", "omega2", "omega3"]
+
+
+def row_of(point, system="rigid_body"):
+    """Return the point of a map with these coordinates."""
+    return xr.Dataset(coords=point, attrs={"system": system})
 
 
 def scipy_run(point, times):
@@ -66,8 +72,6 @@ def test_a_symmetric_top_turns_by_its_formula():
 
 
 def test_csv_and_netcdf_hold_the_same_numbers(tmp_path):
-    import xarray as xr
-
     trajectory = RIGID_BODY.motion(POINT, 1.0, 11, 1e-10)
     motion.write_motion(trajectory, tmp_path / "m.nc")
     motion.write_motion(trajectory, tmp_path / "m.csv")
@@ -117,15 +121,15 @@ def test_an_attitude_message_needs_an_attitude_and_years_of_four_digits(tmp_path
     ],
 )
 def test_what_cannot_be_followed_is_refused(system, duration, samples, words):
-    with pytest.raises(motion.MotionError) as error:
-        motion.compute_motion(systems.resolve(system), POINT, duration, samples, 1e-10)
+    with pytest.raises(RefusedError) as error:
+        motion.point_motion(row_of(POINT, system), duration, 1e-10, samples)
     assert words in str(error.value)
     assert "allowed: " in str(error.value)
 
 
 def test_two_samples_of_any_duration_are_a_motion_and_so_are_ten_million():
     motion.check_length(1e-3, 10_000_000)
-    trajectory = motion.compute_motion(systems.resolve("rigid_body"), POINT, 1e-3, 2, 1e-10)
+    trajectory = motion.point_motion(row_of(POINT), 1e-3, 1e-10, 2)
     assert trajectory.time.values.tolist() == [0.0, 1e-3]
 
 
@@ -133,4 +137,4 @@ def test_a_motion_that_doubles_cannot_hold_is_refused():
     """Products of these moments overflow: once a file of nothing but NaN."""
     point = {"I1": 0.5, "I2": 0.75, "I3": 1.7e308, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
     with pytest.raises(motion.MotionError, match="omega1 is not finite"):
-        motion.compute_motion(systems.resolve("rigid_body"), point, None, None, 1e-10)
+        motion.point_motion(row_of(point), None, 1e-10)

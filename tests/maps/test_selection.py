@@ -33,7 +33,6 @@ def test_places_say_what_was_asked(ds):
     assert str(places["phase"]) == "phase = 0.6 rad"
     inside = selection.nearest_places(ds, {"epsilon": "9e-5"})
     assert str(inside["epsilon"]) == "epsilon = 0.0001 (nearest to 9e-05)"
-    assert selection.open_dimensions(ds, places) == ["body", "axis"]
     assert selection.select_places(ds, places).status.dims == ("body", "axis")
 
 
