@@ -23,7 +23,7 @@ REASONS = {
     "kernels/compile/cache.py: numba.core.serialize": "as Numba's own cache writes it",
     "kernels/compile/cache.py: numba.core.sigutils": "a signature is given as a text or as types",
     "kernels/compile/llvm_formulas.py: llvmlite.ir": "LLVM's instructions: Numba's documented way to extend it",
-    "kernels/compile/jit.py: numba.core.registry": "a kernel without a form for Python refuses to be called",
+    "kernels/compile/jit.py: numba.core": "the class of kernels that refuse Python, and documented passes of compilers",
     "kernels/compile/llvm_formulas.py: numba.core": "cgutils, the helpers of that way",
     "sweeps/maps/validation.py: xarray.core": "indexing.LazilyIndexedArray, documented for authors of backends",
     "sweeps/pipeline/claims.py: workflow._prepare_dag": "Snakemake has no setting against its lock in a Snakefile",

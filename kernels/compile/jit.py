@@ -93,9 +93,9 @@ def _dispatcher(function, signature: tuple, options: dict):
 @cache
 def _inner() -> type:
     """Return the class of kernels without a form for Python; a call of Numba's own class would crash the process."""
-    from numba.core.registry import CPUDispatcher
+    from numba.core import registry
 
-    class Inner(CPUDispatcher):
+    class Inner(registry.CPUDispatcher):
         def __call__(self, *_):
             raise TypeError(f"{self.py_func.__name__} is called by kernels alone")
 
@@ -154,29 +154,27 @@ def takes_whole_vectors() -> bool:
 @cache
 def _compiler() -> type:
     """Return Numba's compiler, or one that marks functions for whole vectors if :func:`takes_whole_vectors`."""
-    from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder
-    from numba.core.compiler_machinery import register_pass
-    from numba.core.lowering import Lower
-    from numba.core.typed_passes import BaseNativeLowering, NativeLowering
+    from numba.core import compiler, compiler_machinery, lowering, typed_passes
 
     if not takes_whole_vectors():
-        return Compiler
+        return compiler.Compiler
 
-    class WideLower(Lower):
+    class WideLower(lowering.Lower):
         def setup_function(self, fndesc):
             super().setup_function(fndesc)
             # llvmlite's own set of attributes refuses those with a value
             set.add(self.function.attributes, '"prefer-vector-width"="512"')
 
-    @register_pass(mutates_CFG=True, analysis_only=False)
-    class WideLowering(BaseNativeLowering):
+    @compiler_machinery.register_pass(mutates_CFG=True, analysis_only=False)
+    class WideLowering(typed_passes.BaseNativeLowering):
         _name = "wide_native_lowering"
         lowering_class = WideLower
 
-    class WideCompiler(CompilerBase):
+    class WideCompiler(compiler.CompilerBase):
         def define_pipelines(self):
-            pipeline = DefaultPassBuilder.define_nopython_pipeline(self.state)
-            pipeline.passes = [(WideLowering if x is NativeLowering else x, words) for x, words in pipeline.passes]
+            pipeline = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
+            replaced = {typed_passes.NativeLowering: WideLowering}
+            pipeline.passes = [(replaced.get(step, step), words) for step, words in pipeline.passes]
             pipeline.finalize()
             return [pipeline]
 

@@ -44,6 +44,23 @@ def product_in_lanes(A, B, C, n):
 # Rows of W lanes, flat: rows W apart in one array need one check for overlap, and unsigned indices none for wrapping.
 
 
+@njit(**INLINE)
+def add_row_product(out, row, A, a, B, b, n):
+    """Add the sum over i < n of rows a + i of A times rows b + i of B to a row of out, four at a time; all flat."""
+    target, a, b, remainder = np.uint64(row * W), a * W, b * W, n % 4
+    for i in range(0, n - remainder, 4):
+        u, v = np.uint64(a + i * W), np.uint64(b + i * W)
+        for lane in range(W):
+            x, y = u + np.uint64(lane), v + np.uint64(lane)
+            first = A[x] * B[y] + A[x + np.uint64(W)] * B[y + np.uint64(W)]
+            second = A[x + np.uint64(2 * W)] * B[y + np.uint64(2 * W)]
+            out[target + np.uint64(lane)] += first + (second + A[x + np.uint64(3 * W)] * B[y + np.uint64(3 * W)])
+    for i in range(n - remainder, n):
+        u, v = np.uint64(a + i * W), np.uint64(b + i * W)
+        for lane in range(W):
+            out[target + np.uint64(lane)] += A[u + np.uint64(lane)] * B[v + np.uint64(lane)]
+
+
 @njit(void(ROWS, int64, ROWS, int64, int64, ROWS, int64, int64, int64, int64), **OPTIONS)
 def add_inner(out, row, A, a, a_step, B, b, b_step, n, count):
     """Add the sum over i < n of rows a + i of A times rows b + i of B to a row of out; repeat for following rows.
@@ -55,20 +72,8 @@ def add_inner(out, row, A, a, a_step, B, b, b_step, n, count):
         `n` (int): Number of rows in a sum.
         count (int): Number of rows of out.
     """
-    remainder = n % 4
     for c in range(count):
-        target, a_row, b_row = np.uint64((row + c) * W), (a + c * a_step) * W, (b + c * b_step) * W
-        for i in range(0, n - remainder, 4):
-            u, v = np.uint64(a_row + i * W), np.uint64(b_row + i * W)
-            for lane in range(W):
-                x, y = u + np.uint64(lane), v + np.uint64(lane)
-                first = A[x] * B[y] + A[x + np.uint64(W)] * B[y + np.uint64(W)]
-                second = A[x + np.uint64(2 * W)] * B[y + np.uint64(2 * W)]
-                out[target + np.uint64(lane)] += first + (second + A[x + np.uint64(3 * W)] * B[y + np.uint64(3 * W)])
-        for i in range(n - remainder, n):
-            u, v = np.uint64(a_row + i * W), np.uint64(b_row + i * W)
-            for lane in range(W):
-                out[target + np.uint64(lane)] += A[u + np.uint64(lane)] * B[v + np.uint64(lane)]
+        add_row_product(out, row + c, A, a + c * a_step, B, b + c * b_step, n)
 
 
 @njit(**INLINE)

@@ -15,9 +15,9 @@ import math
 import numpy as np
 
 from kernels.compile.blocks import LANES, ROWS, W, rows_of, scratch
-from kernels.compile.jit import INLINE, INNER, OPTIONS, float64, int64, njit, types, void
+from kernels.compile.jit import INNER, OPTIONS, float64, int64, njit, types, void
 from kernels.flow.codes import EQUATIONS, EXCITATION, MIN_EXCITATION, SCATTER, UNIT
-from kernels.flow.dense import copy_rows, solve_in_lanes
+from kernels.flow.dense import add_row_product, copy_rows, solve_in_lanes
 from kernels.flow.invariants import write_results
 from kernels.flow.projection import step_lanes
 
@@ -32,18 +32,6 @@ def as_lanes(flat):
     return flat.reshape(flat.size // W, W)
 
 
-@njit(**INLINE)
-def _add_inner(out, to, V, a, b, n):
-    """Add the sum over k < n of rows a + k times b + k of V to a row of out, four at a time."""
-    for k in range(0, n, 4):
-        row, u, v = np.uint64(to * W), np.uint64((a + k) * W), np.uint64((b + k) * W)
-        for lane in range(W):
-            x, y = u + np.uint64(lane), v + np.uint64(lane)
-            first = V[x] * V[y] + V[x + np.uint64(W)] * V[y + np.uint64(W)]
-            second = V[x + np.uint64(2 * W)] * V[y + np.uint64(2 * W)]
-            out[row + np.uint64(lane)] += first + (second + V[x + np.uint64(3 * W)] * V[y + np.uint64(3 * W)])
-
-
 @njit(void(ROWS, int64, int64, ROWS, ROWS), **OPTIONS)
 def add_products(V, P, n, by_x, squares):
     """Add up the products of FOUR samples: of every column's states with those of x, and of all columns except x.
@@ -56,10 +44,10 @@ def add_products(V, P, n, by_x, squares):
     m = FOUR * n
     for row in range((P + 2) * n):
         for j in range(n):
-            _add_inner(by_x, row * n + j, V, row * FOUR, (P + 1) * m + j * FOUR, FOUR)
+            add_row_product(by_x, row * n + j, V, row * FOUR, V, (P + 1) * m + j * FOUR, FOUR)
     for p in range(P + 1):
         for q in range(p + 1):
-            _add_inner(squares, p * (P + 1) + q, V, p * m, q * m, m)
+            add_row_product(squares, p * (P + 1) + q, V, p * m, V, q * m, m)
 
 
 @njit(void(ROWS, ROWS, *3 * (int64,), ROWS, ROWS), **OPTIONS)

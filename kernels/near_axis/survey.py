@@ -11,7 +11,6 @@ another module (:mod:`kernels.free.linear`).
 """
 
 import math
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -39,7 +38,6 @@ _NAMES = ("Ia", "Ib", "Ic", "spin", "epsilon", "rate", "phase", "spacing", "boun
 tile = columns.numbers(_NAMES, width=ROW_LENGTH)
 LAID_OUT = (tile.Ia, tile.Ib, tile.Ic, tile.rate, tile.epsilon, tile.phase)  # I1, I2, I3, omega0, epsilon, phase
 
-TYPES = (np.float64, np.int32, np.int8)
 POWERS = {column.name: column.power for column in COLUMNS + flips.COLUMNS}
 MIN_SPIN = 1e-143  # s-1; below it the error of Ω², at least 5e-21 times its square, may be no normal double
 
@@ -181,24 +179,22 @@ def _measure_blocks(T, plan, blocks, run, work, out):
 
 
 @njit(nogil=True, **OPTIONS)
-def _unsort_columns(first, blocks, at, low, size, out):
+def _unsort_columns(blocks, at, low, size, out):
     """Write columns of ``size`` points in their order, from number ``low`` on, from those in the order of the blocks.
 
-    Columns of one type are one table; the first one is number ``first`` of a block. One column at a time,
-    written as it lies: a point's columns are far apart in memory, and to write them point by point takes three times
-    as long.
+    One column at a time, written as it lies: a point's columns are far apart in memory, and to write them point by
+    point takes three times as long.
     """
     for k in range(out.shape[0]):
-        column, sorted_column = blocks[(first + k) * W :], out[k][low : low + size]  # both known to be contiguous
+        column, sorted_column = blocks[k * W :], out[k][low : low + size]  # both known to be contiguous
         for i in range(size):
             sorted_column[i] = column[at[i]]
 
 
-def _measure_tiles(points, propagator, run, work, rows, tables):
-    """Measure tile after tile into tables of one type each; ``rows`` are their columns' numbers, table after table."""
-    reals, counts, kinds = tables
+def _measure_tiles(points, propagator, run, work, rows):
+    """Return the columns with the numbers ``rows`` of all points, shape (columns, n), measured tile after tile."""
     I1, I2, I3, axis, omega0, epsilon, phase = points
-    tile_size = min(I1.size, TILE)
+    tile_size, out = min(I1.size, TILE), np.empty((rows.size, I1.size))
     T = np.empty(ROW_LENGTH * (NUM_GATHERED + 1))
     whole_plan = [np.empty(tile_size, dtype=np.int64) for _ in PointPlan._fields]
     # an odd number of rows: blocks that begin at multiples of half a page would share few lines of the cache
@@ -214,10 +210,8 @@ def _measure_tiles(points, propagator, run, work, rows, tables):
         if starts.size - 1 > blocks.shape[0]:
             blocks = np.empty((starts.size - 1, blocks.shape[1], W))
         _measure_blocks(T, plan, (order, starts), tuple(run), work, (rows, blocks, at))
-        flat = blocks.ravel()
-        _unsort_columns(0, flat, at, low, size, reals)
-        _unsort_columns(reals.shape[0], flat, at, low, size, counts)
-        _unsort_columns(reals.shape[0] + counts.shape[0], flat, at, low, size, kinds)
+        _unsort_columns(blocks.ravel(), at, low, size, out)
+    return out
 
 
 def measure_points(
@@ -257,12 +251,9 @@ def measure_points(
             and nothing raised.
     """
     points = rigid_body.points_of(points)
-    n = points.I1.size
     needed_names = {"omega_squared", "status"} if nonlinear else set()
     requested = [column for column in COLUMNS if column.name in wanted or column.name in needed_names]
-    requested.sort(key=lambda column: TYPES.index(column.dtype))
     rows = np.array([MEASURED.index(column.name) for column in requested], dtype=np.int64)
-    tables = tuple(np.empty((sum(column.dtype is dtype for column in requested), n), dtype=dtype) for dtype in TYPES)
     work = {column.work for column in COLUMNS if column.name in wanted}
     with_rates = bool(work & {estimates.RATES, estimates.LOG_SLOPE})
     with_exact = PROPAGATORS[propagator].is_certified and (
@@ -274,8 +265,10 @@ def measure_points(
     )
     spacing, intervals = 2.0 * np.pi / samples_per_rotation, round(rotations * samples_per_rotation)
     run = RunSettings(spacing, intervals, tolerance, rounded)
-    _measure_tiles(points, propagator, run, tuple(work_flags), rows, tables)
-    result = {column.name: values for column, values in zip(requested, chain(*tables), strict=True)}
+    table = _measure_tiles(points, propagator, run, tuple(work_flags), rows)
+    result = {
+        column.name: values.astype(column.dtype, copy=False) for column, values in zip(requested, table, strict=True)
+    }
     flip_columns = _flip_columns(points, result, tolerance) if nonlinear else {}
     _leave_out_unrepresentable(result, points.omega0)
     return flip_columns | {name: result[name] for name in MEASURED if name in wanted}

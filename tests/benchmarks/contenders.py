@@ -313,10 +313,10 @@ class CyRK(Contender):
         return samples
 
 
-class DiffraxFixed(Contender):
+class Diffrax(Contender):
     """diffrax: Dopri8 over a batch, by so many equal steps a sample, which spares it the error control."""
 
-    name, package, chunk, settings = "diffrax Dopri8, fixed", "diffrax", 4_096, (1, 2, 3)
+    name, package, size, chunk, settings = "diffrax Dopri8, fixed", "diffrax", 4_096, 4_096, (1, 2, 3)
     mode = "vmap, x64, jit, StepTo with every sample a step, a thread per core over chunks of 2,048"
     width = 2_048
 
@@ -327,76 +327,41 @@ class DiffraxFixed(Contender):
         jax.config.update("jax_enable_x64", True)
         import diffrax
 
-        self.jax, self.diffrax = jax, diffrax
-        self.pool = ThreadPoolExecutor(threads)
-        self.size = self.chunk
-        self.solve = jax.jit(jax.vmap(self.one, in_axes=(0, 0, None)), static_argnums=self.static)
+        def right_hand_side(t, w, k):  # a tuple for a state is faster than an array of three
+            return k[0] * (w[1] * w[2]), k[1] * (w[2] * w[0]), k[2] * (w[0] * w[1])
 
-    static = (2,)
+        def samples_of(start, k, steps):
+            controller = diffrax.StepTo(jax.numpy.linspace(0.0, END, SAMPLES * steps + 1))
+            solution = diffrax.diffeqsolve(
+                *(diffrax.ODETerm(right_hand_side), diffrax.Dopri8(), 0.0, END, None, tuple(start)),
+                args=tuple(k), saveat=diffrax.SaveAt(t0=True, steps=True), stepsize_controller=controller,
+                max_steps=SAMPLES * steps, throw=False,
+            )  # fmt: skip
+            return solution.ys[1][::steps], solution.ys[2][::steps]
+
+        self.pool = ThreadPoolExecutor(threads)
+        self.solve = jax.jit(jax.vmap(samples_of, in_axes=(0, 0, None)), static_argnums=(2,))
 
     def version(self):
         return f"{super().version()}, JAX {importlib.metadata.version('jax')}"
 
-    def one(self, start, k, steps):
-        """Samples of one body."""
-        times = self.jax.numpy.linspace(0.0, END, SAMPLES * steps + 1)
-        controller = self.diffrax.StepTo(times)
-        save_at = self.diffrax.SaveAt(t0=True, steps=True)
-        b, c = self.solved(start, k, controller, None, save_at, SAMPLES * steps)
-        return b[::steps], c[::steps]
-
-    def solved(self, start, k, controller, first, save_at, max_steps):
-        """Samples of the transverse components: a tuple for a state is faster than an array of three."""
-
-        def right_hand_side(t, w, k):
-            return k[0] * (w[1] * w[2]), k[1] * (w[2] * w[0]), k[2] * (w[0] * w[1])
-
-        solution = self.diffrax.diffeqsolve(
-            self.diffrax.ODETerm(right_hand_side),
-            self.diffrax.Dopri8(),
-            0.0,
-            END,
-            first,
-            tuple(start),
-            args=tuple(k),
-            saveat=save_at,
-            stepsize_controller=controller,
-            max_steps=max_steps,
-            throw=False,
-        )
-        return solution.ys[1], solution.ys[2]
-
     def rates(self, bodies, setting):
         out = np.empty((len(bodies), 2))
 
-        def work(chunk):
+        def work(first):
+            chunk = slice(first, first + self.width)
             b, c = self.solve(bodies.start[chunk], bodies.k[chunk], setting)
             rates_of(np.asarray(b), np.asarray(c), out[chunk])
 
-        list(self.pool.map(work, self.chunks(bodies)))
+        list(self.pool.map(work, range(0, len(bodies), self.width)))
         return out, 0.0
-
-    def chunks(self, bodies):
-        return [slice(i, i + self.width) for i in range(0, len(bodies), self.width)]
 
     def samples(self, bodies, setting):
         batch = bodies[np.arange(self.width) % len(bodies)]  # the compiled shape
-        b, c = self.solve(batch.start, batch.k, setting)
-        return np.stack([b, c], axis=-1)[: len(bodies)]
+        return np.stack(self.solve(batch.start, batch.k, setting), axis=-1)[: len(bodies)]
 
     def close(self):
         self.pool.shutdown()
-
-
-class DiffraxAdaptive(DiffraxFixed):
-    """diffrax as its manual shows it: Dopri8 with a PID controller and samples by dense output."""
-
-    name, settings, static = "diffrax Dopri8, adaptive", TOLERANCES, ()
-    mode = "vmap, x64, jit, PIDController, a thread per core over chunks of 2,048"
-
-    def one(self, start, k, tolerance):
-        controller = self.diffrax.PIDController(rtol=tolerance, atol=tolerance)
-        return self.solved(start, k, controller, 0.3, self.diffrax.SaveAt(ts=TIMES), None)
 
 
 class SciPy(Contender):
@@ -429,4 +394,4 @@ class SciPy(Contender):
         return samples
 
 
-ALL = (Direct, Exact, Heyoka, HeyokaGrid, CyRK, DiffraxAdaptive, DiffraxFixed, SciPy)
+ALL = (Direct, Exact, Heyoka, HeyokaGrid, CyRK, Diffrax, SciPy)

@@ -166,15 +166,6 @@ def test_all_formats_give_the_same(kind, tmp_path):
     assert worst < (1e-13 if kind[:3] != "aem" else 1e-12)  # epochs have 15 decimals, and the rates are fitted
 
 
-def test_a_motion_of_polhode_passes_in_all_its_formats(tmp_path):
-    from sweeps.maps import motion
-
-    ds = sweeps.motion([1.0, 2.0, 2.5], [0.1, 1.0, 0.2], "20 s")
-    for name in ("run.csv", "run.nc"):
-        motion.write_motion(ds, tmp_path / name)
-        assert sweeps.certify(tmp_path / name, [1.0, 2.0, 2.5]).attrs["attitude_error_max_rad"] < ROUNDING
-
-
 def test_a_tensor_turns_the_axes_of_the_file():
     rotation = Rotation.from_rotvec([0.4, 1.0, -0.3])  # from principal axes to those of the file
     tensor = rotation.as_matrix() @ np.diag([1.0, 2.0, 2.6]) @ rotation.as_matrix().T

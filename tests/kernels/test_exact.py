@@ -124,17 +124,6 @@ def test_any_time_up_to_ten_thousand_rotations():
         assert error <= bar, (moments, start, t)
 
 
-def test_rounding_of_the_inputs_is_all_that_is_lost():
-    # ten units of the inputs' rounding, times the sensitivity: as some dozen roundings of p, m1 and the
-    # components come to; the bar above allows fifty
-    rng = np.random.default_rng(4)
-    for _ in range(8):
-        moments, start = rng.uniform(0.5, 1.0, 3), rng.normal(size=3)
-        t = 10.0 ** rng.uniform(-1, 4)
-        error = distance(exact.rotation(moments, start, [t]), [textbook(moments, start, t)])
-        assert error <= 10 * ROUNDING * sensitivity(moments, start, t)
-
-
 def near_separatrix(rng, offset, spread):
     moments = np.exp(rng.uniform(-spread, spread, 3))
     low, middle, high = np.argsort(moments)
@@ -401,16 +390,15 @@ def test_period_frequency_and_flip_period():
             assert distance([theirs(expected)], [start]) < 1e-25
 
 
-@pytest.mark.parametrize(
-    ("moments", "start"),
-    [
-        ((1.0, 2.0, 3.0), (0.0, 1.0, 0.0)),  # an exact spin about the middle axis
-        ((1.0, 2.0, 2.25), (3.0, 5.0, 4.0)),  # the separatrix
-        ((1.0, 1.0, 1.0), (0.3, 0.2, 0.1)),  # a sphere
-        ((1.0, 1.0, 2.0), (0.6, 0.8, 0.0)),  # a symmetric top about a transverse axis
-        ((1.0, 2.0, 3.0), (0.0, 0.0, 0.0)),
-    ],
-)
+STEADY = [
+    ((1.0, 2.0, 3.0), (0.0, 1.0, 0.0)),  # an exact spin about the middle axis
+    ((1.0, 1.0, 1.0), (0.3, 0.2, 0.1)),  # a sphere
+    ((1.0, 1.0, 2.0), (0.6, 0.8, 0.0)),  # a symmetric top about a transverse axis
+    ((1.0, 2.0, 3.0), (0.0, 0.0, 0.0)),
+]
+
+
+@pytest.mark.parametrize(("moments", "start"), [*STEADY, ((1.0, 2.0, 2.25), (3.0, 5.0, 4.0))])  # the separatrix
 def test_what_never_returns_has_an_infinite_period(moments, start):
     top = exact.set_up(*moments, *start)
     assert exact.period(top) == exact.flip_period(top) == math.inf
@@ -485,27 +473,13 @@ def test_a_polhode_lies_on_both_ellipsoids_and_closes():
         assert curve.shape == (97, 3)
         assert off_the_ellipsoids(moments, start, curve) < 4e-15  # some ten roundings
         np.testing.assert_array_equal(curve[[0, -1]], [start, start])
+        assert (curve[1] - start) @ (np.cross(moments * start, start) / moments) > 0  # the way of the motion
         _, _, d = exact.set_up(*moments, *start).axes
         b, c = curve[:, d % 3], curve[:, (d + 1) % 3]
         assert (curve[:, d - 1] * start[d - 1] > 0).all()
         turns = np.unwrap(np.arctan2(c, b))
         assert abs(turns[-1] - turns[0]) == pytest.approx(2 * np.pi, rel=1e-14)
         assert (np.diff(turns) * (turns[-1] - turns[0]) > 0).all()
-
-
-@pytest.mark.parametrize("signs", repeated.but(SIGNS[2:4], SIGNS))
-def test_a_polhode_is_where_the_motion_goes(signs):
-    start = np.array([0.5, 0.7, 0.4]) * signs
-    for moments in np.array(BODIES):
-        period = exact.period(exact.set_up(*moments, *start))
-        path = exact.rotation(moments, start, np.linspace(0.0, period, 2001))
-        curve = exact.polhode(moments, start, 2001)
-        # each passes within half a spacing of every point of its partner
-        for curve_a, curve_b in ((path, curve), (curve, path)):
-            spacing = np.linalg.norm(np.diff(curve_b, axis=0), axis=1).max()
-            assert spacing < 0.01
-            assert cKDTree(curve_b).query(curve_a)[0].max() < 0.51 * spacing
-        assert (curve[1] - start) @ (path[1] - start) > 0  # and the same way round
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -519,16 +493,7 @@ def test_a_small_polhode_keeps_its_own_invariant(axis):
         assert (abs(invariant - invariant[0]) < 8e-15 * scale).all()  # some ten roundings, whatever the nudge
 
 
-@pytest.mark.parametrize(
-    ("moments", "start"),
-    [
-        ((1.0, 2.0, 3.0), (0.0, -2.0, 0.0)),
-        ((1.0, 2.0, 3.0), (0.0, 0.0, 1.5)),
-        ((1.0, 1.0, 1.0), (0.3, 0.2, 0.1)),
-        ((1.0, 1.0, 2.0), (0.6, 0.8, 0.0)),
-        ((1.0, 2.0, 3.0), (0.0, 0.0, 0.0)),
-    ],
-)
+@pytest.mark.parametrize(("moments", "start"), [*STEADY, ((1.0, 2.0, 3.0), (0.0, 0.0, 1.5))])
 def test_the_polhode_of_what_stands_still_is_a_point(moments, start):
     assert exact.polhode(moments, start, 5).tolist() == [list(start)] * 5
 
