@@ -22,24 +22,41 @@ def flow(rates, names="xyz", bounds=(-9, 9), most=None, places=(), conserved=(),
     return system
 
 
-def particle(V, names="x", bounds=(-3, 4), R=None, period=None, periodic=False, places=(), size=None, **parameters):
+def particle(V, names="x", bounds=(-3, 4), R=None, period=None, periodic=False, places=(), size=None,
+             forces=None, kinetic=None, **parameters):  # fmt: skip
     """Return unit masses along coordinates in a potential V(x, …, parameters), with places by name.
 
     Rayleigh's function is R(velocities, parameters) and the period a number or a function of the parameters, if given.
-    `most` and `follow` are those of the System.
+    `forces` returns one for each coordinate and `kinetic` what the kinetic energy has besides, both from coordinates,
+    velocities and parameters. `most` and `follow` are those of the System.
     """
     system = System("Particle", **{name: parameters.pop(name) for name in ("most", "follow") if name in parameters})
     symbols = [system.parameter(name, default=value) for name, value in parameters.items()]
     ends = bounds if isinstance(bounds, list) else [bounds] * len(names)
     q = [system.coordinate(x, "m", bounds=b, size=size, periodic=periodic) for x, b in zip(names, ends, strict=True)]
     velocities = [system.velocity(x) for x in q]
-    system.kinetic_energy(sum(v**2 for v in velocities) / 2)
+    system.kinetic_energy(sum(v**2 for v in velocities) / 2 + (kinetic(*q, *velocities, *symbols) if kinetic else 0))
     system.potential(V(*q, *symbols))
+    for coordinate, force in zip(q, forces(*q, *velocities, *symbols), strict=True) if forces else ():
+        system.force(coordinate, sp.sympify(force))
     if R:
         system.dissipation(R(*velocities, *symbols))
     if period:
         system.period(period(*symbols) if callable(period) else period)
     _add_places(system, places, q, symbols)
+    return system
+
+
+def rods(n):
+    """Return a chain of rods with masses at their ends."""
+    system = System(f"{n} rods", most=2**n)
+    m, length, g = (system.parameter(name, default=1.0, positive=True) for name in ("mass", "length", "gravity"))
+    x = y = sp.Integer(0)
+    for k in range(n):
+        angle = system.coordinate(f"theta{k}", "rad", bounds=(-sp.pi, sp.pi), periodic=True)
+        x, y = x + length * sp.sin(angle), y - length * sp.cos(angle)
+        system.particle(m, (x, y))
+        system.potential(m * g * y)
     return system
 
 

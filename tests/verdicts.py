@@ -1,33 +1,34 @@
-"""Twenty systems of users with a regime that a theorem or a closed form decides, and ten marginal points."""
+"""Systems of users with a regime that a theorem or a closed form decides, and marginal points."""
 
+import functools
 import math
 
 import numpy as np
 import sympy as sp
-from described import flow, points_at
+from described import T, flow, particle, points_at
 from scipy.integrate import solve_ivp
 
 from kernels.estimator.statuses import STATUSES
 from kernels.flow.codes import REGIMES as OF_MULTIPLIERS
-from sweeps.mechanics import System, periodic
+from sweeps.mechanics import periodic
 from sweeps.mechanics.model import Model
 from sweeps.systems.relative_equilibrium.system import REGIMES
 
-STABLE, GROWS, DECAYS, KEEPS = "stable", "unstable flutter period_doubling", "asymptotically_stable", "marginal"
+STABLE, GROWS, DECAYS = "stable", "unstable flutter period_doubling", "asymptotically_stable"
 
 
-def of_coordinates(count, build, period=None, **defaults):
-    """Return a model of coordinates near 0; `build` gets the system, coordinates, velocities and parameters."""
-    system = System("Coordinates")
-    parameters = [system.parameter(name, default=value) for name, value in defaults.items()]
-    q = [system.coordinate(f"q{i}", bounds=(-1, 1), size=1) for i in range(count)]
-    v = [system.velocity(x) for x in q]
-    system.kinetic_energy(sum(x**2 for x in v) / 2)
-    build(system, q, v, *parameters)
-    if period:
-        system.period(period)
-    system.equilibrium("rest", dict.fromkeys(q, 0))
-    return Model(system)
+def of_coordinates(n, V=lambda q, *_: 0, R=None, forces=None, kinetic=None, **settings):
+    """Return a model near 0 as `particle` does, of functions V(q, …), R(v, …), forces(q, v, …) and kinetic(q, v, …)."""
+
+    def of_one(function):
+        return function and (lambda *x: function(x[:n], *x[n:]))
+
+    def of_both(function):
+        return function and (lambda *x: function(x[:n], x[n : 2 * n], *x[2 * n :]))
+
+    settings |= {"R": of_one(R), "forces": of_both(forces), "kinetic": of_both(kinetic)}
+    names, places = [f"q{i}" for i in range(n)], {"rest": [0] * n}
+    return Model(particle(of_one(V), names, (-1, 1), size=1, places=places, **settings))
 
 
 def of_states(count, rates, **defaults):
@@ -38,19 +39,18 @@ def of_states(count, rates, **defaults):
 
 def of_matrix(rows, form, **defaults):
     """Return q'' = A q as coordinates with forces, or as states; `rows` returns A from parameters."""
-    count = len(rows(*defaults.values()))
+    n = len(rows(*defaults.values()))
 
-    def build(system, q, v, *parameters):
-        for x, row in zip(q, rows(*parameters), strict=True):
-            system.force(x, sum((a * y for a, y in zip(row, q, strict=True)), sp.Integer(0)))
+    def product(q, *parameters):
+        return [sum((a * y for a, y in zip(row, q, strict=True)), sp.Integer(0)) for row in rows(*parameters)]
 
-    def rates(x, *parameters):
-        q = x[:count]
-        return [*x[count:], *(sum(a * y for a, y in zip(row, q, strict=True)) for row in rows(*parameters))]
+    if form == "states":
+        return of_states(2 * n, lambda x, *parameters: [*x[n:], *product(x[:n], *parameters)], **defaults)
+    return of_coordinates(n, forces=lambda q, v, *parameters: product(q, *parameters), **defaults)
 
-    return (
-        of_coordinates(count, build, **defaults) if form == "coordinates" else of_states(2 * count, rates, **defaults)
-    )
+
+def squares(x):
+    return sum(y**2 for y in x)
 
 
 def columns(model, **values):
@@ -72,24 +72,19 @@ def columns(model, **values):
 
 def hill(count=2):
     """A round hill or bowl with drag."""
-
-    def build(system, q, v, k, c):
-        system.potential(-k * sum(x**2 for x in q) / 2 - sum(x**2 for x in q) ** 2 / 8)
-        system.dissipation(c * sum(x**2 for x in v) / 2)
-
-    return of_coordinates(count, build, k=1.0, c=0.1)
+    V, R = lambda q, k, c: -k * squares(q) / 2 - squares(q) ** 2 / 8, lambda v, k, c: c * squares(v) / 2
+    return of_coordinates(count, V, R, k=1.0, c=0.1)
 
 
 def pendulum():
     """A spherical pendulum with drag: upright for `gravity` above 0, hanging below."""
-
-    def build(system, q, v, g):
-        depth = sp.sqrt(4 - q[0] ** 2 - q[1] ** 2)
-        system.kinetic_energy(((q[0] * v[0] + q[1] * v[1]) / depth) ** 2 / 2)
-        system.potential(g * depth)
-        system.dissipation((v[0] ** 2 + v[1] ** 2) / 20)
-
-    return of_coordinates(2, build, gravity=1.0)
+    return of_coordinates(
+        2,
+        lambda q, g: g * sp.sqrt(4 - squares(q)),
+        lambda v, g: squares(v) / 20,
+        kinetic=lambda q, v, g: (q[0] * v[0] + q[1] * v[1]) ** 2 / (4 - squares(q)) / 2,
+        gravity=1.0,
+    )
 
 
 def growth_twice():
@@ -115,13 +110,7 @@ def ring():
 
 def negative_drag():
     """Two equal oscillators that a drag below 0 drives."""
-
-    def build(system, q, v, c):
-        system.potential((q[0] ** 2 + q[1] ** 2) / 2)
-        for x, y in zip(q, v, strict=True):
-            system.force(x, -c * y)
-
-    return of_coordinates(2, build, c=0.1)
+    return of_coordinates(2, lambda q, c: squares(q) / 2, forces=lambda q, v, c: [-c * y for y in v], c=0.1)
 
 
 # -- independent blocks
@@ -129,22 +118,14 @@ def negative_drag():
 
 def trap(count=2):
     """A quadrupole with radio frequency alone: Mathieu's equation in each direction."""
-
-    def build(system, q, v, depth):
-        signs = (1, -1, 1)[: len(q)]
-        system.potential(-depth * sp.cos(2 * system.time) * sum(s * x**2 for s, x in zip(signs, q, strict=True)))
-
-    return of_coordinates(count, build, period=sp.pi, depth=0.5)
+    V = lambda q, depth: -depth * sp.cos(2 * T) * (2 * sum(x**2 for x in q[::2]) - squares(q))  # noqa: E731
+    return of_coordinates(count, V, period=sp.pi, depth=0.5)
 
 
 def twin_swings():
     """Two equal damped pendulums that are pumped alike."""
-
-    def build(system, q, v, depth):
-        system.potential(-sum((1 + depth * sp.cos(2 * system.time)) * sp.cos(x) for x in q))
-        system.dissipation(sum(x**2 for x in v) / 40)
-
-    return of_coordinates(2, build, period=sp.pi, depth=0.5)
+    V = lambda q, depth: -(1 + depth * sp.cos(2 * T)) * sum(map(sp.cos, q))  # noqa: E731
+    return of_coordinates(2, V, lambda v, depth: squares(v) / 40, period=sp.pi, depth=0.5)
 
 
 def pairs(count):
@@ -186,24 +167,18 @@ def ziegler(form):
 
         return of_states(4, rates, P=1.0)
 
-    def build(system, q, v, P):
-        (a, b), (u, w) = q, v
-        system.kinetic_energy(u**2 + sp.cos(a - b) * u * w)  # 3 u²/2 + w²/2 and this, less u²/2 + w²/2
-        system.potential((a**2 + (a - b) ** 2) / 2)
-        system.force(a, P * sp.sin(a - b))
-
-    return of_coordinates(2, build, P=1.0)
+    return of_coordinates(
+        2,
+        lambda q, P: (q[0] ** 2 + (q[0] - q[1]) ** 2) / 2,
+        forces=lambda q, v, P: [P * sp.sin(q[0] - q[1]), 0],
+        kinetic=lambda q, v, P: v[0] ** 2 + sp.cos(q[0] - q[1]) * v[0] * v[1],  # besides v²/2 of both
+        P=1.0,
+    )
 
 
 def beck(P):
     """Two modes of Beck's column: stiffness with the follower force, not symmetric."""
     return [[-12.36 + 0.86 * P, 11.74 * P], [-1.87 * P, -485.5 - 13.29 * P]]
-
-
-def reut(P):
-    """Reut's column: Beck's matrix, transposed."""
-    (a, b), (c, d) = beck(P)
-    return [[a, c], [b, d]]
 
 
 def of_beck(P):
@@ -231,13 +206,13 @@ def of_bearing(k, q):
 
 def rotor():
     """A round rotor in a frame that turns with it, with a drag that may be 0."""
-
-    def build(system, q, v, k, W, c):
-        system.kinetic_energy(W * (v[1] * q[0] - v[0] * q[1]) + W**2 * (q[0] ** 2 + q[1] ** 2) / 2)
-        system.potential(k * (q[0] ** 2 + q[1] ** 2) / 2 + (q[0] ** 2 + q[1] ** 2) ** 2)
-        system.dissipation(c * (v[0] ** 2 + v[1] ** 2) / 2)
-
-    return of_coordinates(2, build, k=1.0, W=0.0, c=0.0)
+    return of_coordinates(
+        2,
+        lambda q, k, W, c: k * squares(q) / 2 + squares(q) ** 2,
+        lambda v, k, W, c: c * squares(v) / 2,
+        kinetic=lambda q, v, k, W, c: W * (v[1] * q[0] - v[0] * q[1]) + W**2 * squares(q) / 2,
+        **{"k": 1.0, "W": 0.0, "c": 0.0},
+    )
 
 
 def of_rotor(k, W, c):
@@ -248,45 +223,25 @@ def of_rotor(k, W, c):
 
 def charge():
     """A charge in a round bowl and a magnetic field, a gyroscopic force that is no part of T; k twice and once 2 k."""
-
-    def build(system, q, v, k, B):
-        system.potential(k * (q[0] ** 2 + q[1] ** 2 + 2 * q[2] ** 2) / 2)
-        system.force(q[0], B * v[1])
-        system.force(q[1], -B * v[0])
-
-    return of_coordinates(3, build, k=1.0, B=0.0)
+    V, F = lambda q, k, B: k * (squares(q) + q[2] ** 2) / 2, lambda q, v, k, B: [B * v[1], -B * v[0], 0]
+    return of_coordinates(3, V, forces=F, k=1.0, B=0.0)
 
 
 def partly_damped():
     """Three equal springs, a single one damped."""
-
-    def build(system, q, v, k, c):
-        system.potential(k * sum(x**2 for x in q) / 2)
-        system.dissipation(c * v[2] ** 2 / 2)
-
-    return of_coordinates(3, build, k=1.0, c=0.1)
+    return of_coordinates(3, lambda q, k, c: k * squares(q) / 2, lambda v, k, c: c * v[2] ** 2 / 2, k=1.0, c=0.1)
 
 
 def rough():
     """Two equal springs with cubic drags alone, of the speed and of each velocity."""
-
-    def build(system, q, v, k, c, d):
-        system.potential(k * (q[0] ** 2 + q[1] ** 2) / 2)
-        for x, y in zip(q, v, strict=True):
-            system.force(x, -c * y * (v[0] ** 2 + v[1] ** 2) - d * y**3)
-
-    return of_coordinates(2, build, k=1.0, c=0.0, d=0.0)
+    F = lambda q, v, k, c, d: [-c * y * squares(v) - d * y**3 for y in v]  # noqa: E731
+    return of_coordinates(2, lambda q, k, c, d: k * squares(q) / 2, forces=F, k=1.0, c=0.0, d=0.0)
 
 
 def oscillators(count=4, coupling=1e-3):
     """Equal oscillators, two of them coupled by a gyroscopic force: with equal eigenvalues, and linear."""
-
-    def build(system, q, v, k):
-        system.potential(k * sum(x**2 for x in q) / 2)
-        system.force(q[0], coupling * v[1])
-        system.force(q[1], -coupling * v[0])
-
-    return of_coordinates(count, build, k=4.0)
+    F = lambda q, v, k: [coupling * v[1], -coupling * v[0], *[0] * (count - 2)]  # noqa: E731
+    return of_coordinates(count, lambda q, k: k * squares(q) / 2, forces=F, k=4.0)
 
 
 def signs_of(*signs):
@@ -325,21 +280,16 @@ USER_SYSTEMS = {
     "rough": (rough, {"k": [1.0, 2.0], "c": [0.0, 0.1], "d": [0.0, 0.1]}, lambda k, c, d: STABLE),
     "oscillators": (oscillators, {"k": [1.0, 2.0, 4.0]}, lambda k: STABLE),
 }
-for _form in ("coordinates", "states"):
-    USER_SYSTEMS |= {
-        f"Beck, {_form}": (lambda form=_form: of_matrix(beck, form, P=1.0), {"P": np.linspace(0.5, 40, 9)}, of_beck),
-        f"Reut, {_form}": (lambda form=_form: of_matrix(reut, form, P=1.0), {"P": np.linspace(0.5, 40, 9)}, of_beck),
-        f"panel, {_form}": (
-            lambda form=_form: of_matrix(panel, form, flow=1.0),
-            {"flow": [0.0, 1.0, 7.0, 7.49, 7.51, 9.0]},
-            lambda flow: STABLE if flow < 7.5 else GROWS,
-        ),
-        f"bearing, {_form}": (
-            lambda form=_form: of_matrix(bearing, form, k=2.0, q=0.1),
-            {"k": [1.5, 2.0, 4.0], "q": [0.1, 0.3, 0.9, 2.0]},
-            of_bearing,
-        ),
-    }
+MATRICES = {  # the same of systems that are given by a matrix, as coordinates and as states
+    "Beck": (beck, {"P": np.linspace(0.5, 40, 9)}, of_beck),
+    "panel": (panel, {"flow": [0.0, 1.0, 7.0, 7.49, 7.51, 9.0]}, lambda flow: STABLE if flow < 7.5 else GROWS),
+    "bearing": (bearing, {"k": [1.5, 2.0, 4.0], "q": [0.1, 0.3, 0.9, 2.0]}, of_bearing),
+}
+USER_SYSTEMS |= {
+    f"{name}, {form}": (functools.partial(of_matrix, rows, form, **dict.fromkeys(values, 1.0)), values, regime)
+    for name, (rows, values, regime) in MATRICES.items()
+    for form in ("coordinates", "states")
+}
 
 
 def user_system(name):
@@ -357,22 +307,12 @@ def hopf(form):
     """A damping that changes its sign at mu = 0, at which a cubic damping decides: as coordinates, it drives."""
     if form == "states":
         return of_states(2, lambda x, mu: [x[1], -x[0] + (mu - x[0] ** 2) * x[1]], mu=0.0)
-
-    def build(system, q, v, mu):
-        system.potential(q[0] ** 2 / 2)
-        system.force(q[0], (mu + q[0] ** 2) * v[0])
-
-    return of_coordinates(1, build, mu=0.0)
+    return of_coordinates(1, lambda q, mu: q[0] ** 2 / 2, forces=lambda q, v, mu: [(mu + q[0] ** 2) * v[0]], mu=0.0)
 
 
 def pitchfork():
     """A damped bead at V″ = 0."""
-
-    def build(system, q, v, k):
-        system.potential(k * q[0] ** 2 / 2 + q[0] ** 4 / 4)
-        system.dissipation(v[0] ** 2 / 2)
-
-    return of_coordinates(1, build, k=0.0)
+    return of_coordinates(1, lambda q, k: k * q[0] ** 2 / 2 + q[0] ** 4 / 4, lambda v, k: v[0] ** 2 / 2, k=0.0)
 
 
 #: name → model and a point at which the motion nearby neither grows nor stays by linear theory

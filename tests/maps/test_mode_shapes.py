@@ -9,6 +9,7 @@ import oscillators
 import pytest
 import relative as relative_systems
 import sympy as sp
+from described import particle
 from multipliers import monodromy_matrix
 from PIL import Image
 
@@ -26,19 +27,17 @@ SPREAD = {"a": (1.0, 3.0), "b": (1.0, 3.0), "coupling": (-0.9, 0.9), "gyro": (-1
 
 def two_coordinates(natural):
     """Return two coupled oscillators: masses 1 and 2, stiffnesses a, b; gyroscopic and damped unless natural."""
-    system = System("Two coordinates")
-    values = {
-        name: system.parameter(name, default=sum(SPREAD[name]) / 2) for name in ([*SPREAD][:3] if natural else SPREAD)
-    }
-    x, y = (system.coordinate(name, bounds=(-1, 1), size=1) for name in "xy")
-    vx, vy = system.velocity(x), system.velocity(y)
-    system.kinetic_energy((vx**2 + 2 * vy**2) / 2)
-    system.potential((values["a"] * x**2 + values["b"] * y**2) / 2 + values["coupling"] * x * y)
-    if not natural:
-        system.force(x, values["gyro"] * vy - values["drag"] * vx)
-        system.force(y, -values["gyro"] * vx)
-    system.equilibrium("rest", {x: 0, y: 0})
-    system.plane(x, y)
+    values = {name: sum(SPREAD[name]) / 2 for name in ([*SPREAD][:3] if natural else SPREAD)}
+    system = particle(
+        lambda x, y, a, b, coupling, *_: (a * x**2 + b * y**2) / 2 + coupling * x * y,
+        "xy",
+        (-1, 1),
+        size=1,
+        forces=None if natural else lambda x, y, u, v, a, b, coupling, gyro, drag: (gyro * v - drag * u, -gyro * u),
+        kinetic=lambda x, y, u, v, *_: v**2 / 2,  # a mass of 2
+        **{"places": {"rest": [0, 0]}} | values,
+    )
+    system.plane(*(x.symbol for x in system.coordinates.values()))
     return system
 
 

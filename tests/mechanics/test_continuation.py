@@ -12,7 +12,7 @@ from described import T, flow, particle
 from test_periodic import check_by_scipy
 
 from kernels.estimator.statuses import NO_PERIODIC_MOTION, NOT_FOUND, OK
-from sweeps.mechanics import DescriptionError, System, periodic
+from sweeps.mechanics import DescriptionError, periodic
 from sweeps.mechanics.model import Model
 
 HARMONICS, ORDERS = 41, np.arange(1, 42)
@@ -22,17 +22,17 @@ CURVE_STEP = 0.02  # arc length of a step of harmonic balance, in the space of c
 
 def driven_oscillator(potential, damping, names, shape=sp.cos, size=1):
     """Return x'' + c x' + V'(x) = F cos(w t), with names → (place, branch)."""
-    system = System("Driven oscillator")
-    F, w = system.parameter("force", default=0.05), system.parameter("w", default=1.0, positive=True)
-    c, x = system.parameter("damping", default=damping), system.coordinate("x", bounds=(-2, 2), size=size)
-    v = system.velocity(x)
-    system.kinetic_energy(v**2 / 2)
-    system.potential(potential(x))
-    system.dissipation(c * v**2 / 2)
-    system.force(x, F * shape(w * system.time))
-    system.period(2 * sp.pi / w)
+    system = particle(
+        lambda x, *_: potential(x),
+        bounds=(-2, 2),
+        size=size,
+        R=lambda v, force, w, damping: damping * v**2 / 2,
+        forces=lambda x, v, force, w, damping: [force * shape(w * T)],
+        period=lambda force, w, damping: 2 * sp.pi / w,
+        **{"force": 0.05, "w": 1.0, "damping": damping},
+    )
     for name, (place, branch) in names.items():
-        system.equilibrium(name, {x: place}, branch=branch)
+        system.equilibrium(name, {sp.Symbol("x", real=True): place}, branch=branch)
     return system
 
 

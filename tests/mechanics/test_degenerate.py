@@ -5,23 +5,20 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
+from described import particle
 from scipy.integrate import quad, solve_ivp
 
-from sweeps.mechanics import System
 from sweeps.mechanics.degenerate import CONFINING_ORDERS, Degenerate, quarter_integral
 from sweeps.mechanics.derivation import derive
 
 
-def particle(V, inertia=lambda x: 1):
-    system = System("degenerate", most=3)
-    x = system.coordinate("x", "m", bounds=(-2, 2))
-    system.kinetic_energy(inertia(x) * system.velocity(x) ** 2 / 2)
-    system.potential(V(x))
-    return derive(system), x
+def equations_of(V, inertia=lambda x: 1):
+    system = particle(V, bounds=(-2, 2), most=3, kinetic=lambda x, v: (inertia(x) - 1) * v**2 / 2)
+    return derive(system)
 
 
 def oscillations(V, x, v=0.0, place=0.0, inertia=lambda x: 1):
-    equations, _ = particle(V, inertia)
+    equations = equations_of(V, inertia)
     x, v, place = (np.atleast_1d(np.asarray(y, dtype=float)) for y in (x, v, place))
     values = [np.zeros(x.size)] * len(equations.parameters)
     return Degenerate(equations).oscillations(values, np.broadcast_to(place, x.shape), x, np.broadcast_to(v, x.shape))
@@ -51,8 +48,8 @@ POTENTIALS = {
 def test_frequencies_are_those_of_the_motion(name, x, v):
     V, order = POTENTIALS[name]
     theory = oscillations(V, x, v)
-    equations, q = particle(V)
-    force = sp.lambdify(q, -equations.gradient[0], "math")
+    equations = equations_of(V)
+    force = sp.lambdify(equations.q, -equations.gradient[0], "math")
 
     def crosses(_, y):
         return y[0]

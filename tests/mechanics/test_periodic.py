@@ -14,7 +14,7 @@ from kernels.estimator.statuses import NO_PERIODIC_MOTION, NON_FINITE, NOT_CONVE
 from kernels.flow import floquet
 from kernels.flow.codes import REGIMES
 from sweeps import systems
-from sweeps.mechanics import DescriptionError, System, periodic
+from sweeps.mechanics import DescriptionError, periodic
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.steepness import Steepness
@@ -285,17 +285,13 @@ def test_a_point_whose_coefficients_overflow_does_not_blame_the_motion():
 @pytest.mark.slow
 def test_a_force_that_has_a_potential_leaves_pairs():
     """Two springs with a drive: as forces in place of a potential; then with a curl, which has no potential."""
-    system = System("Driven")
-    drive, curl, drag = (system.parameter(name, default=0.1) for name in ("drive", "curl", "drag"))
-    x, y = (system.coordinate(name, bounds=(-1, 1)) for name in "xy")
-    system.kinetic_energy((system.velocity(x) ** 2 + system.velocity(y) ** 2) / 2)
-    system.potential(x**2 + 1.2 * y**2)
-    system.dissipation(drag * (system.velocity(x) ** 2 + system.velocity(y) ** 2))
-    wave = sp.cos(2 * system.time)
-    system.force(x, drive * wave + drive * y * wave)
-    system.force(y, drive * x * wave - curl * x)
-    system.period(sp.pi)
-    system.equilibrium("rest", {x: 0, y: 0})
+    forces = lambda x, y, u, v, drive, curl, drag: (  # noqa: E731
+        drive * (1 + y) * sp.cos(2 * T),
+        drive * x * sp.cos(2 * T) - curl * x,
+    )
+    drag = lambda u, v, drive, curl, drag: drag * (u**2 + v**2)  # noqa: E731
+    settings = {"R": drag, "forces": forces, "period": sp.pi, "places": {"rest": [0, 0]}}
+    system = particle(lambda x, y, *_: x**2 + 1.2 * y**2, "xy", (-1, 1), **settings, drive=0.1, curl=0.1, drag=0.1)
     columns = of_model(Model(system), drive=0.1, curl=[0.0, 0.1, 0.0], drag=[0.0, 0.0, 0.1])
     words = [REGIMES[code + 1] for code in columns["regime"]]  # the first is -1, undetermined
     assert words == ["stable", "marginal", "asymptotically_stable"]
@@ -324,17 +320,14 @@ def platform():
 
 def driven_rods():
     """A torque on the first of two rods, which have coupled accelerations: the base motion has accelerations too."""
-    system = System("Driven rods")
-    drive, drag = system.parameter("drive", default=1.0), system.parameter("drag", default=0.2)
-    first, second = (system.coordinate(name, "rad", bounds=(-3, 3)) for name in ("first", "second"))
-    v, w = system.velocity(first), system.velocity(second)
-    system.kinetic_energy(v**2 + w**2 / 2 + v * w * sp.cos(first - second))
-    system.potential(-2 * sp.cos(first) - sp.cos(second))
-    system.dissipation(drag * (v**2 + w**2) / 2)
-    system.force(first, drive * sp.cos(2 * system.time))
-    system.period(sp.pi)
-    system.equilibrium("hanging", {first: 0, second: 0})
-    return system
+    return particle(
+        lambda first, second, drive, drag: -2 * sp.cos(first) - sp.cos(second),
+        ("first", "second"),
+        R=lambda v, w, drive, drag: drag * (v**2 + w**2) / 2,
+        forces=lambda first, second, v, w, drive, drag: (drive * sp.cos(2 * T), 0),
+        kinetic=lambda first, second, v, w, drive, drag: v**2 / 2 + v * w * sp.cos(first - second),
+        **{"period": sp.pi, "places": {"hanging": [0, 0]}, "drive": 1.0, "drag": 0.2},
+    )
 
 
 def rough_wave():

@@ -6,7 +6,7 @@ import relative
 import repeated
 import sympy as sp
 import verdicts
-from described import flow, model_of
+from described import T, flow, model_of
 
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.symmetries import sign_changes
@@ -40,11 +40,11 @@ SHIPPED = [*relative.RANGES, *("asymmetric_shaft", "kapitza_pendulum", "mathieu"
 def test_a_pulse_too_short_for_samples_of_a_period_joins_blocks(pulse):
     """Two equal oscillators that are coupled for a thousandth of a period, in which exp(-10^6 …) is not 0."""
 
-    def build(system, q, v, depth):
-        short = depth * sp.exp(sp.Integer(10) ** 6 * (sp.cos(2 * system.time) - 1))
-        system.potential(sp.Rational(1, 3) * (q[0] ** 2 + q[1] ** 2) + short * q[0] * q[1])
+    def potential(q, depth):
+        short = depth * sp.exp(sp.Integer(10) ** 6 * (sp.cos(2 * T) - 1))
+        return sp.Rational(1, 3) * (q[0] ** 2 + q[1] ** 2) + short * q[0] * q[1]
 
-    model = verdicts.of_coordinates(2, build, period=sp.pi, depth=pulse or 1.0)
+    model = verdicts.of_coordinates(2, potential, period=sp.pi, depth=pulse or 1.0)
     parameters = [np.full(1, pulse)]
     terms = model.variation.term_bounds(parameters, np.zeros((4, 1, 1)), (np.arange(32) + 0.5) / 32)[1]
     assert not terms[:, 2, 1].any()

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 import relative
 import sympy as sp
-from described import flow, model_of, points, points_at
+from described import flow, model_of, particle, points, points_at
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from kernels.free import linear
-from sweeps.mechanics import System
 from sweeps.mechanics import relative as theirs
 from sweeps.mechanics.model import Model
 from sweeps.systems.relative_equilibrium.system import REGIMES
@@ -300,15 +299,13 @@ def test_areas_of_the_stable_regions_of_the_gravity_gradient():
 @functools.cache
 def pendulum_on_a_cart():
     """A pendulum on a cart with drag: the equilibria form a family."""
-    system = System("Pendulum on a cart")
-    friction = system.parameter("friction", "kg s-1", default=0.2, least=0.0)
-    x, q = system.coordinate("x", "m", bounds=(-2, 2)), system.coordinate("theta", "rad", bounds=(-4, 4))
-    v, w = system.velocity(x), system.velocity(q)
-    system.kinetic_energy((2 * v**2 + (v + sp.cos(q) * w) ** 2 + (sp.sin(q) * w) ** 2) / 2)
-    system.potential(-sp.cos(q))
-    system.dissipation(friction * v**2 / 2)
-    system.equilibrium("hanging", {x: 0, q: 0})
-    system.equilibrium("upright", {x: 0, q: sp.pi})
+    system = particle(
+        lambda x, theta, friction: -sp.cos(theta),
+        ("x", "theta"),
+        R=lambda v, w, friction: friction * v**2 / 2,
+        kinetic=lambda x, theta, v, w, friction: v**2 + sp.cos(theta) * v * w,  # besides v²/2 and w²/2
+        **{"places": {"hanging": [0, 0], "upright": [0, sp.pi]}, "friction": 0.2},
+    )
     return Model(system)
 
 

@@ -5,12 +5,12 @@ import pytest
 import relative
 import repeated
 import sympy as sp
-from described import model_of, points
+from described import model_of, points, rods
 from oscillators import LIBRARY
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
-from sweeps.mechanics import System, taylor
+from sweeps.mechanics import taylor
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.first_order import graph
 from sweeps.mechanics.taylor import Code
@@ -126,19 +126,6 @@ def test_threads_wait_for_a_module_that_is_being_imported(tmp_path):
     SlowModule.path.write_text("import time\ntime.sleep(0.3)\nvalue = 1.0\n")
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(lambda _: SlowModule().module().value, range(4))) == [1.0] * 4
-
-
-def rods(n):
-    """A chain of rods with masses m at their ends."""
-    system = System(f"{n} rods", most=2**n)
-    m, length, g = (system.parameter(name, default=1.0, positive=True) for name in ("mass", "length", "gravity"))
-    x = y = sp.Integer(0)
-    for k in range(n):
-        angle = system.coordinate(f"theta{k}", "rad", bounds=(-sp.pi, sp.pi), periodic=True)
-        x, y = x + length * sp.sin(angle), y - length * sp.cos(angle)
-        system.particle(m, (x, y))
-        system.potential(m * g * y)
-    return system
 
 
 @pytest.mark.parametrize("n", repeated.but((4,), (4, 6, 8)))
