@@ -27,20 +27,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.compile.jit import INNER, OPTIONS, boolean, float64, int64, njit, types, void
-from kernels.search.codes import (
-    AT_MIN_WIDTH,
-    CONTAINS_POLE,
-    MIN_RANGE,
-    NOT_EXAMINED,
-    OUTSIDE,
-    OVERFLOW,
-    POLE,
-    REGULAR,
-    ROUNDING_LIMITED,
-    UNIQUE_ZERO,
-    UNIT,
-    Formulas,
-)
+from kernels.search import codes
+from kernels.search.codes import UNIT, Formulas
 from kernels.search.enclosures import FORMULAS, FORMULAS_OF_POINTS, enclose
 
 INFLATION = 0.05  # X extends beyond its box by this fraction of the box's width on each side
@@ -172,7 +160,7 @@ def _range_kind(values):
         low, high = values[i, 0, 0], values[i, 0, 1]
         if low > 0.0 or high < 0.0:
             return EXCLUDES_ZERO
-        is_tiny = low < high and max(-low, high) < MIN_RANGE
+        is_tiny = low < high and max(-low, high) < codes.MIN_RANGE
         kind = max(kind, INFINITE if not high - low < math.inf else MAY_UNDERFLOW if is_tiny else NORMAL)
     return kind
 
@@ -183,7 +171,7 @@ def _enclose_box(F, box):
     n = len(box.u)
     state = enclose(F, box.ends[X], box.ends[Y], n, box.rows, box.values)
     if _range_kind(box.values) == EXCLUDES_ZERO:
-        return OUTSIDE
+        return codes.OUTSIDE
     for j in range(n):
         box.ends[MIDDLE, j] = 0.5 * (box.ends[X, j] + box.ends[Y, j])
         box.ends[HALF, j] = WIDENING * max(box.ends[Y, j] - box.ends[MIDDLE, j], box.ends[MIDDLE, j] - box.ends[X, j])
@@ -193,7 +181,7 @@ def _enclose_box(F, box):
         for j in range(n):
             size = max(size, max(abs(box.values[i, 1 + j, 0]), abs(box.values[i, 1 + j, 1])) * box.ends[HALF, j])
         box.ends[SIZE, i] = size if size > 0.0 else 1.0
-    if state >= POLE:
+    if state >= codes.POLE:
         return state
     enclose(F, box.ends[MIDDLE], box.ends[MIDDLE], 0, box.rows, box.at_point)
     for i in range(n):
@@ -344,7 +332,7 @@ def _refine_zero(F, box):
         for j in range(n):
             step[j] *= 4.0
             box.ends[X, j], box.ends[Y, j] = point[j] - step[j], point[j] + step[j]
-        if _enclose_box(F, box) == REGULAR and _cut_by_operator(box) == INSIDE:
+        if _enclose_box(F, box) == codes.REGULAR and _cut_by_operator(box) == INSIDE:
             return True
     _copy_vector(box.ends[X], low)
     _copy_vector(box.ends[Y], high)
@@ -359,12 +347,12 @@ def _classify_box(F, box, at_min_width, only_excludes):
     `at_min_width` is not split.
     """
     state = _enclose_box(F, box)
-    if state == OUTSIDE:
+    if state == codes.OUTSIDE:
         return NO_ZERO
     if _range_kind(box.values) == MAY_UNDERFLOW:
-        return OVERFLOW  # one code for every value beyond the range of doubles
-    if state == POLE:
-        return CONTAINS_POLE
+        return codes.OVERFLOW  # one code for every value beyond the range of doubles
+    if state == codes.POLE:
+        return codes.CONTAINS_POLE
     if state == INFINITE_STATE:
         if _range_kind(box.at_point) == INFINITE:
             is_infinite = True
@@ -372,16 +360,16 @@ def _classify_box(F, box, at_min_width, only_excludes):
                 enclose(F, end, end, 0, box.rows, box.at_point)
                 is_infinite &= _range_kind(box.at_point) == INFINITE
             if is_infinite:
-                return OVERFLOW
-        return AT_MIN_WIDTH if at_min_width else SPLIT
+                return codes.OVERFLOW
+        return codes.AT_MIN_WIDTH if at_min_width else SPLIT
     if not _cut_by_rows(box):
         return NO_ZERO
     outcome = _cut_by_operator(box)
     if outcome in (INSIDE, DISJOINT):
-        return UNIQUE_ZERO if outcome == INSIDE else NO_ZERO
+        return codes.UNIQUE_ZERO if outcome == INSIDE else NO_ZERO
     # a search that only excludes zeros ends as soon as the error of F moves a zero by more than the box
     at_rounding = outcome == SHIFT_EXCEEDS_BOX if only_excludes else _is_rounding_limited(box)
-    return ROUNDING_LIMITED if at_rounding else AT_MIN_WIDTH if at_min_width else SPLIT
+    return codes.ROUNDING_LIMITED if at_rounding else codes.AT_MIN_WIDTH if at_min_width else SPLIT
 
 
 @njit(float64(BOX, float64[::1]), **INNER)
@@ -448,7 +436,7 @@ def _is_within(low, high, boxes_found, column, begin, end):
     the narrowest box about it.
     """
     for r in range(begin, end):
-        is_inside = boxes_found.records[r, 1] == UNIQUE_ZERO
+        is_inside = boxes_found.records[r, 1] == codes.UNIQUE_ZERO
         for j in range(len(low)):
             is_inside &= low[j] >= boxes_found.boxes[r, column, 0, j] and high[j] <= boxes_found.boxes[r, column, 1, j]
         if is_inside:
@@ -510,34 +498,34 @@ def search(functions, regions, limits, boxes_found):
             at_min_width = _start_box(box, stack[top], bounds, limits.min_width, min_widths)
             if _is_within(box.ends[A], box.ends[B], boxes_found, 0, begin, count):
                 continue
-            kind = NOT_EXAMINED
+            kind = codes.NOT_EXAMINED
             is_ended = num_boxes > limits.max_boxes or num_undecided > MAX_UNDECIDED or num_narrow > limits.max_narrow
             if not (is_ended or top + 2 > stack_size):
                 kind = _classify_box(F, box, at_min_width, limits.only_excludes)
-            if kind == CONTAINS_POLE and not at_min_width and _relative_width(box, bounds) > limits.max_pole_width:
-                kind = SPLIT
-            if limits.only_excludes and kind in (UNIQUE_ZERO, ROUNDING_LIMITED):
-                kind = AT_MIN_WIDTH if _shrink_box(box, min_widths) >= 0.0 else NO_ZERO
-            if kind == UNIQUE_ZERO:
+            if kind == codes.CONTAINS_POLE and not at_min_width:
+                kind = SPLIT if _relative_width(box, bounds) > limits.max_pole_width else kind
+            if limits.only_excludes and kind in (codes.UNIQUE_ZERO, codes.ROUNDING_LIMITED):
+                kind = codes.AT_MIN_WIDTH if _shrink_box(box, min_widths) >= 0.0 else NO_ZERO
+            if kind == codes.UNIQUE_ZERO:
                 _copy_vector(zero_box[0], box.ends[X])
                 _copy_vector(zero_box[1], box.ends[Y])
                 if not _refine_zero(F, box):  # the zero is far from the middle: split the box
-                    kind = AT_MIN_WIDTH if at_min_width else SPLIT
+                    kind = codes.AT_MIN_WIDTH if at_min_width else SPLIT
                     _enclose_box(F, box)
             if kind == SPLIT:
                 top = _split_box(box, bounds, min_widths, stack, top)
             if kind in (NO_ZERO, SPLIT) or (
-                kind == UNIQUE_ZERO and _is_within(box.ends[Y], box.ends[X], boxes_found, 1, begin, count)
+                kind == codes.UNIQUE_ZERO and _is_within(box.ends[Y], box.ends[X], boxes_found, 1, begin, count)
             ):
                 continue
             if count == len(records):
                 progress[0] = point
                 return begin
-            num_undecided += kind != UNIQUE_ZERO and kind != NOT_EXAMINED
-            num_narrow += kind in (ROUNDING_LIMITED, AT_MIN_WIDTH)
+            num_undecided += kind != codes.UNIQUE_ZERO and kind != codes.NOT_EXAMINED
+            num_narrow += kind in (codes.ROUNDING_LIMITED, codes.AT_MIN_WIDTH)
             for k in range(2):
-                _copy_vector(boxes[count, 0, k], zero_box[k] if kind == UNIQUE_ZERO else box.ends[A + k])
-                _copy_vector(boxes[count, 1, k], box.ends[X + k] if kind == UNIQUE_ZERO else box.ends[A + k])
+                _copy_vector(boxes[count, 0, k], zero_box[k] if kind == codes.UNIQUE_ZERO else box.ends[A + k])
+                _copy_vector(boxes[count, 1, k], box.ends[X + k] if kind == codes.UNIQUE_ZERO else box.ends[A + k])
             records[count, 0], records[count, 1] = point, kind
             count += 1
         progress[1] += num_boxes

@@ -189,7 +189,7 @@ def oscillator(name, model, exact, random, integration, count):
     is_wrong = np.zeros(has_regime.size, dtype=bool)
     is_wrong[differs] = [(columns["regime"][i] == 0) != (square(i) > 0) for i in differs]
     missing = ~np.isfinite(columns["omega_squared"] + columns["omega_squared_reduced_error"])
-    return row | {"wrong": is_wrong, "marginal": columns["regime"] == MARGINAL, "missing": missing, "points": points}
+    return row | {"wrong": is_wrong, "marginal": columns["regime"] == MARGINAL, "missing": missing}
 
 
 def flow(name, model, exact, random, integration, count):
@@ -247,7 +247,7 @@ def flow(name, model, exact, random, integration, count):
         true = regimes(exact_values.real, exact_values.imag, nothing, nothing, None, theory["has_pairs"][[i]])
         is_wrong[i] = columns["regime"][i] not in (true[0], codes.UNSTABLE if true[0] == codes.FLUTTER else true[0])
     missing = ~np.isfinite(columns["eigenvalue_real"] + columns["eigenvalue_real_error"]).all(1)
-    row |= {"wrong": is_wrong, "marginal": columns["regime"] == codes.MARGINAL, "missing": missing, "points": points}
+    row |= {"wrong": is_wrong, "marginal": columns["regime"] == codes.MARGINAL, "missing": missing}
     with np.errstate(invalid="ignore"):
         grows = columns["growth_rate_theory"] > 10.0 * columns["growth_rate_error"]
     return row | {"withheld": grows & ~has_regime}
@@ -266,13 +266,6 @@ def random_tables(count, points=20, seed=1, max_samples=400, names=None, integra
                 tables.append(kind(name, model, exact, random, integration, points))
             except DescriptionError:
                 continue  # no point of this definition has an equilibrium
-            table = tables[-1]
-            values = table.pop("points")
-            extra = {"rotations": integration.rotations, "samples": integration.samples_per_rotation}
-            extra |= {"tolerance": integration.tolerance}
-            table |= {f"drawn {k}": v for k, v in values.items()} | {
-                f"drawn {k}": np.full(len(table["status"]), v) for k, v in extra.items()
-            }
         yield name, {key: np.concatenate([table[key] for table in tables]) for key in tables[0]}
 
 

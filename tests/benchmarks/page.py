@@ -3,19 +3,16 @@
     python tests/benchmarks/page.py [MAP ...]
 
 prints for each map: bytes of the page; from the first byte to the end of its building, s, the median of several
-openings; a step of every slider, and of the chosen body dragged over the triangle, from the event to the picture that
-follows it, s; the intervals between the frames of Play, ms; each with the processor time of the page's main thread,
-which a busy machine leaves nearly as it is. Without a map, the default sweep's (331,776 points) is measured first. The
-last page is Plotly alone: its script and one heatmap of 96 x 96 cells, which bounds the speed of every page. Chromium
-without a graphics card draws with the processor: so a frame includes what a card would do.
+openings; a step of every slider, from the event to the picture that follows it, s; the intervals between the frames of
+Play, ms; each with the processor time of the page's main thread, which a busy machine leaves nearly as it is. Without a
+map, the default sweep's (331,776 points) is measured first. Chromium without a graphics card draws with the processor:
+so a frame includes what a card would do.
 """
 
-import base64
 import shutil
 import statistics
 import sys
 import tempfile
-import zlib
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
@@ -23,7 +20,7 @@ from playwright.sync_api import sync_playwright
 import sweeps
 from sweeps.maps import storage
 from sweeps.points import catalogue
-from sweeps.views import plotly, report
+from sweeps.views import report
 
 ROUNDS = 3
 STEPS = 9  # steps of each slider
@@ -57,41 +54,6 @@ FRAMES = """(wanted) => new Promise((done) => {
     if (button.getAttribute("aria-pressed") !== "true") button.click();
     requestAnimationFrame(look);
 })"""
-
-DRAG = """async ([steps]) => {
-    const painted = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
-    const plot = document.getElementById("map"), { left, top } = plot.getBoundingClientRect();
-    const { xaxis, yaxis } = plot._fullLayout;
-    const send = (type, x, y) => {
-        const at = { clientX: left + xaxis._offset + xaxis.d2p(x), clientY: top + yaxis._offset + yaxis.d2p(y) };
-        const pointer = { ...at, bubbles: true, isPrimary: true, pointerId: 1, button: 0 };
-        plot.querySelector(".drag").dispatchEvent(new PointerEvent(type, pointer));
-    };
-    const taken = [];
-    send("pointerdown", 0.2, 0.9);
-    for (let i = 1; i <= steps; i++) {
-        await painted();
-        const begun = performance.now();
-        send("pointermove", 0.2 + (0.5 * i) / steps, 0.9 + 0.05 * Math.sin(i));
-        await painted();
-        taken.push((performance.now() - begun) / 1000);
-    }
-    send("pointerup", 0.7, 0.9);
-    return taken;
-}"""
-
-
-ALONE = """<!DOCTYPE html><meta charset="utf-8"><div id="map" style="width: 520px; height: 470px"></div>
-<div id="controls"><input type="range" min="0" max="20" value="0" aria-label="another heatmap"></div>
-<script>%s</script>
-<script>
-const input = document.querySelector("input");
-const row = (j) => Array.from({ length: 96 }, (_, i) => Math.sin(i * j * 1e-3 + Number(input.value)));
-input.oninput = () => Plotly.react("map", [{ type: "heatmap", z: Array.from({ length: 96 }, (_, j) => row(j)) }], {});
-input.oninput();
-document.documentElement.dataset.ready = "yes";
-performance.mark("usable");
-</script>"""
 
 
 class Window:
@@ -155,9 +117,6 @@ def measure(browser, path):
     for slider in filter(lambda one: one.is_visible(), page.query_selector_all(SLIDERS)):
         (name, step_times), seconds = window.evaluate(STEP, [slider, STEPS])
         show(f"a step of {name}"[:50], step_times, "s", seconds / STEPS)
-    if page.evaluate("globalThis.polhode?.map.slant != null"):
-        step_times, seconds = window.evaluate(DRAG, [4 * STEPS])
-        show("a step of a drag over the triangle", step_times, "s", seconds / (4 * STEPS))
     if page.locator("#play").count() and page.locator("#play").is_visible():
         page.wait_for_timeout(500)
         frames, seconds = window.evaluate(FRAMES, PLAYED)
@@ -178,9 +137,6 @@ def main():
             with storage.open_map(path) as ds:
                 report.write_report(ds, page)
             measure(browser, page)
-        alone = Path(folder) / "plotly_alone.html"
-        alone.write_text(ALONE % zlib.decompress(base64.b64decode(plotly.deflated())).decode(), encoding="utf-8")
-        measure(browser, alone)
         browser.close()
 
 

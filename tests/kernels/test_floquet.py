@@ -10,6 +10,18 @@ from kernels.flow import codes, floquet
 NAMES = dict(zip(codes.REGIMES, range(-1, 6), strict=True))
 
 
+def columns_of(M, error, period=1.0, reciprocal=True, turns=None):
+    """Return the columns of matrices with errors of their entries, and the angles of their rotations over π."""
+    M, error = np.asarray(M), np.broadcast_to(error, np.shape(M)).copy()
+    return floquet.multiplier_columns(floquet.Matrices(M, error, turns), np.full(len(M), period), reciprocal)
+
+
+def in_doubles(exact):
+    """Return matrices of mpmath as doubles, and the rounding of their entries."""
+    M = np.array([np.array(matrix.tolist(), dtype=float) for matrix in exact])
+    return M, 2e-16 * np.abs(M).max(axis=(1, 2))[:, None, None]
+
+
 def symplectic_matrix(rng, pairs):
     """Return a symplectic matrix with given pairs, each (kind, size, angle), in mpmath's 40 digits, and its class.
 
@@ -53,9 +65,8 @@ def test_four_multipliers_of_every_class_are_those_of_forty_digits(pairs, regime
     with mpmath.workdps(40):
         exact = [symplectic_matrix(rng, pairs) for _ in range(3)]
         mus = [[complex(m) for m in mpmath.eig(matrix)[0]] for matrix in exact]
-    M = np.array([[[float(matrix[i, j]) for j in range(4)] for i in range(4)] for matrix in exact])
-    error = np.full(M.shape, 2e-16) * np.abs(M).max(axis=(1, 2))[:, None, None]
-    columns = floquet.multiplier_columns(floquet.Matrices(M, error), np.full(3, 2.0))
+    M, error = in_doubles(exact)
+    columns = columns_of(M, error, 2.0)
     assert (columns["regime"] == NAMES[regime]).all()
     for k, expected in enumerate(mus):
         ours = columns["multiplier_real"][k] + 1j * columns["multiplier_imag"][k]
@@ -78,10 +89,7 @@ def test_a_multiplier_of_1e13_decides_alone(kind, regime, second_pair):
     rng = np.random.default_rng(4)
     with mpmath.workdps(60):
         exact = [symplectic_matrix(rng, [(kind, 1e13, 0), second_pair]) for _ in range(3)]
-    M = np.array([[[float(matrix[i, j]) for j in range(4)] for i in range(4)] for matrix in exact])
-    columns = floquet.multiplier_columns(
-        floquet.Matrices(M, np.full(M.shape, 2e-16) * np.abs(M).max(axis=(1, 2))[:, None, None]), np.ones(3)
-    )
+    columns = columns_of(*in_doubles(exact))
     assert (columns["regime"] == NAMES[regime]).all()
     np.testing.assert_allclose(columns["growth_per_period"], np.log(1e13), rtol=1e-13)  # ten roundings of the matrix
 
@@ -120,10 +128,7 @@ def test_errors_of_invariants_hold_for_random_changes_of_the_entries():
 )
 def test_regimes_with_damping(entries, regime):
     M = np.array([entries])
-    pair_of_matrices = (floquet.Matrices(M, np.full(M.shape, error)) for error in (0.0, 1e-14))
-    exact, columns = (
-        floquet.multiplier_columns(matrices, np.ones(1), reciprocal=False) for matrices in pair_of_matrices
-    )
+    exact, columns = (columns_of(M, error, reciprocal=False) for error in (0.0, 1e-14))
     assert exact["regime"] == columns["regime"] == NAMES[regime]
     if regime != "undetermined":
         expected = np.sort_complex(np.linalg.eigvals(M[0]))
@@ -135,9 +140,7 @@ def test_exponents_of_a_turn_lie_on_the_branch_of_its_half_turns():
     for angle in (0.3, 2.9, 3.3, 6.0, 6.5, -0.4, -3.5, 20.0):
         c, s = np.cos(angle), np.sin(angle)
         M = np.array([[[c, -s], [s, c]]])
-        columns = floquet.multiplier_columns(
-            floquet.Matrices(M, np.full(M.shape, 1e-15), np.floor([angle / np.pi])), np.full(1, 2.0)
-        )
+        columns = columns_of(M, 1e-15, 2.0, turns=np.floor([angle / np.pi]))
         np.testing.assert_allclose(np.abs(columns["exponent_imag"][0]), abs(angle) / 2.0, rtol=1e-13)
         multipliers = np.exp(2j * columns["exponent_imag"][0])
         np.testing.assert_allclose(
@@ -152,10 +155,8 @@ def test_errors_of_eigenvalues_cover_perturbed_matrices(d):
     M = rng.normal(size=(300, d, d))
     M[::3] = np.where(np.eye(d, k=1), 1.0, np.eye(d)) * 0.9 + 1e-7 * M[::3]  # a Jordan block, split
     error = 10.0 ** rng.uniform(-13, -6, (300, 1, 1)) * np.ones((d, d))
-    columns = floquet.multiplier_columns(floquet.Matrices(M, error), np.ones(300), reciprocal=False)
-    changed_columns = floquet.multiplier_columns(
-        floquet.Matrices(M + error * rng.uniform(-1, 1, M.shape), error), np.ones(300), reciprocal=False
-    )
+    columns = columns_of(M, error, reciprocal=False)
+    changed_columns = columns_of(M + error * rng.uniform(-1, 1, M.shape), error, reciprocal=False)
     for name in ("growth_rate", "growth_per_period", "trace"):
         assert (np.abs(columns[name] - changed_columns[name]) <= columns[f"{name}_error"]).all(), name
     eigenvalues, changed_eigenvalues = (
@@ -171,7 +172,7 @@ def test_errors_of_eigenvalues_cover_perturbed_matrices(d):
 def test_an_error_that_reaches_from_growth_to_growth_holds_all_turning_between():
     for trace in (2.336, -2.336, 2.0, 0.3):
         M, error = np.array([[[trace, -1.0], [1.0, 0.0]]]), np.array([[[6.0, 0.0], [0.0, 0.0]]])
-        columns = floquet.multiplier_columns(floquet.Matrices(M, error, np.zeros(1)), np.ones(1))
+        columns = columns_of(M, error, turns=np.zeros(1))
         assert columns["regime"][0] == NAMES["marginal"]
         # of trace 0 the multipliers are ±i, as far from real multipliers as any
         reach = 1.0 - np.abs(columns["multiplier_imag"][0]).min()
@@ -184,8 +185,8 @@ def test_no_bit_depends_on_how_many_matrices_there_are(d, reciprocal, by_point):
     rng = np.random.default_rng(8)
     M = rng.normal(size=(60, d, d)) if by_point else np.moveaxis(rng.normal(size=(d, d, 60)), 2, 0)
     error, period = 1e-12 * np.abs(rng.normal(size=M.shape)), rng.uniform(1.0, 2.0, 60)
-    together = floquet.multiplier_columns(floquet.Matrices(M, error), period, reciprocal)
+    together = columns_of(M, error, period, reciprocal)
     for count in (1, 3):
         for chunk in (slice(i, i + count) for i in range(0, 60, count)):
-            alone = floquet.multiplier_columns(floquet.Matrices(M[chunk], error[chunk]), period[chunk], reciprocal)
+            alone = columns_of(M[chunk], error[chunk], period[chunk], reciprocal)
             assert [name for name in alone if alone[name].tobytes() != together[name][chunk].tobytes()] == []
