@@ -299,14 +299,6 @@ def _fill_log_slope(S):
 
 
 @njit(**INNER)
-def _fill_no_log_slope(S):
-    """Write NaN as log slopes if no lane was ever in the window, which saves two logarithms."""
-    for missing in (column.e_folds, column.growth_rate_logslope, column.growth_rate_logslope_error):
-        for lane in range(W):
-            S[missing + lane] = math.nan
-
-
-@njit(**INNER)
 def _fill_drifts(S):
     """Write the relative drifts of energy, of L² and of the perturbation's invariant J."""
     for lane in range(W):
@@ -340,9 +332,7 @@ def write_columns(S, work, reduced, step, rounded, tolerance):
         if with_rates:
             _fill_rates(S)
             _fill_reduced_rates(S)
-        if with_log and near_axis_block.has_log_samples(S):
+        if with_log:
             _fill_log_slope(S)
-        elif with_log:
-            _fill_no_log_slope(S)
     if with_invariants:
         _fill_drifts(S)

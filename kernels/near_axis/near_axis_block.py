@@ -527,15 +527,6 @@ def has_grown_lane(S):
     return num_large > 0
 
 
-@njit(**OPTIONS)
-def has_log_samples(S):
-    """Return True if some lane's log slope has a sample."""
-    num_lanes = 0
-    for lane in range(min(W, S.size)):  # as in :func:`has_grown_lane`
-        num_lanes |= 1 if S[row.log_samples + lane] > 0.0 else 0
-    return num_lanes > 0
-
-
 @njit(**INNER)
 def _follow_recurrence(S, num_samples):
     """Add the remaining samples of every lane by the recurrence."""
