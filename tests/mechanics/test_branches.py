@@ -17,7 +17,7 @@ def landscape_of(V, bounds, most, follow=True, **settings):
     return Landscape(derive(particle(V, bounds=bounds, most=most, follow=follow, **settings)))
 
 
-def cusp(follow, tilt=-2.0, push=0.0, max_places=3):
+def cusp(follow=True, tilt=-2.0, push=0.0, max_places=3):
     """V = x⁴/4 + a x²/2 + b x: three equilibria within the cusp 4 a³ + 27 b² < 0, one outside."""
     return landscape_of(lambda x, a, b: x**4 / 4 + a * x**2 / 2 + b * x, (-4, 4), max_places, follow, a=tilt, b=push)
 
@@ -29,7 +29,7 @@ def places(landscape, *parameters):
 
 def test_a_branch_keeps_its_number_through_a_fold():
     b = np.linspace(-2, 2, 41)
-    zeros, positions = places(cusp(True), -2.0, b)
+    zeros, positions = places(cusp(), -2.0, b)
     _, ascending = places(cusp(False), -2.0, b)
     assert np.array_equal(
         np.sort(positions, axis=1), np.sort(ascending, axis=1), equal_nan=True
@@ -43,15 +43,6 @@ def test_a_branch_keeps_its_number_through_a_fold():
     assert np.isnan(ascending[0, 2])  # by their places alone the branch would have another number beyond the fold
 
 
-def test_the_middle_branch_of_a_pitchfork_keeps_its_number():
-    a = np.linspace(1, -2, 16)
-    _, positions = places(cusp(True, tilt=1.0), a, 0.0)
-    assert np.abs(positions[:, 0]).max() < 1e-9
-    split = a < 0
-    assert np.isnan(positions[~split, 1:]).all()
-    np.testing.assert_allclose(positions[split, 1:], np.sqrt(-a[split])[:, None] * [-1, 1], rtol=1e-12)
-
-
 def test_a_branch_that_comes_round_keeps_its_number():
     """V = -cos(x - a): the places turn with a, past the ends of the interval of 2π that is searched."""
     values = np.linspace(-9, 9, 60)
@@ -63,9 +54,9 @@ def test_a_branch_that_comes_round_keeps_its_number():
 def test_a_name_depends_on_its_point_alone():
     rng = np.random.default_rng(2)
     a, b = rng.uniform(-3, 1, 50), rng.uniform(-1, 1, 50)
-    _, positions = places(cusp(True), a, b)
+    _, positions = places(cusp(), a, b)
     for selection in (slice(3, 4), slice(10, 30), slice(None, None, -1)):
-        assert np.array_equal(places(cusp(True), a[selection], b[selection])[1], positions[selection], equal_nan=True)
+        assert np.array_equal(places(cusp(), a[selection], b[selection])[1], positions[selection], equal_nan=True)
 
 
 def parabolic_cusp(tilt, push=0.0):
@@ -80,18 +71,22 @@ def parabolic_cusp(tilt, push=0.0):
 def test_branches_of_two_coordinates_keep_their_numbers_through_folds():
     b = np.array([-1.5, -1.0, 0.5, 1.0, 1.5])
     zeros, positions = places(parabolic_cusp(-2.0), -2.0, b)
-    _, alone = places(cusp(True), -2.0, b)  # the same of one coordinate
+    _, alone = places(cusp(), -2.0, b)  # the same of one coordinate
     np.testing.assert_allclose(positions, alone, atol=1e-12)
     np.testing.assert_allclose(zeros.places[:, :, 1], positions**2, atol=1e-12)
     assert zeros.is_order_decided.all()
     assert (zeros.certified == PROVED).all()
 
 
-def test_the_middle_branch_of_a_pitchfork_of_two_coordinates_keeps_its_number():
-    a = np.array([0.5, -0.5, -1.5])
-    zeros, positions = places(parabolic_cusp(1.0), a, 0.0)
-    np.testing.assert_allclose(positions[:, 0], 0.0, atol=1e-12)
-    np.testing.assert_allclose(positions[1:, 1:], np.sqrt(-a[1:])[:, None] * [-1, 1], rtol=1e-12)
+@pytest.mark.parametrize(
+    ("of", "values"), [(cusp, np.linspace(1, -2, 16)), (parabolic_cusp, np.array([0.5, -0.5, -1.5]))]
+)
+def test_the_middle_branch_of_a_pitchfork_keeps_its_number(of, values):
+    zeros, positions = places(of(tilt=1.0), values, 0.0)
+    np.testing.assert_allclose(positions[:, 0], 0.0, atol=1e-9)
+    split = values < 0
+    assert np.isnan(positions[~split, 1:]).all()
+    np.testing.assert_allclose(positions[split, 1:], np.sqrt(-values[split])[:, None] * [-1, 1], rtol=1e-12)
     assert zeros.is_order_decided.all()
 
 

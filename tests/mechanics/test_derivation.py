@@ -5,7 +5,7 @@ import repeated
 import sympy as sp
 from described import flow, model_of
 from oscillators import LIBRARY
-from sympy import cos, cot, pi, sin
+from sympy import cos, cot, sin
 
 from sweeps.mechanics import DescriptionError, System
 from sweeps.mechanics.derivation import derive
@@ -91,16 +91,6 @@ def test_kinetic_matrix_and_equations_are_the_textbooks(name):
     residual = derived.a * accelerations - sp.Matrix(derived.forces)
     for mine, textbook, factor in zip(residual, equations, factors, strict=True):
         assert sp.simplify(sp.expand(mine - factor * textbook)) == 0
-
-
-def test_second_derivatives_at_equilibria_are_the_textbooks():
-    hoop = derive(model_of("bead_on_hoop").system)
-    s = symbols(hoop.system)
-    g, R, W, theta = s["gravity"], s["radius"], s["spin_rate"], s["theta"]
-    square = hoop.hessian[0] / hoop.a[0]
-    assert sp.simplify(square.subs(theta, 0) - (g / R - W**2)) == 0
-    assert sp.simplify(square.subs(theta, pi) + (g / R + W**2)) == 0
-    assert sp.simplify(square.subs(theta, sp.acos(g / (R * W**2))) - W**2 * (1 - (g / (R * W**2)) ** 2)) == 0
 
 
 def bead():

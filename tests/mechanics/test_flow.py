@@ -134,9 +134,8 @@ def test_what_is_wrong_with_states_is_named(describe, message):
 
 def test_an_equilibrium_is_looked_for_near_its_name():
     """A rough name gives the exact equilibrium; a name without an equilibrium gives none."""
-    system = particle(lambda x, push: x**4 / 4 + x**2 / 2, bounds=(-1, 1), places={"leaning": [0.2]}, push=0.3)
-    (x,), (push,) = (tuple(c.symbol for c in each.values()) for each in (system.coordinates, system.parameters))
-    system.force(x, push)
+    settings = {"forces": lambda x, v, push: [push], "places": {"leaning": [0.2]}, "push": 0.3}
+    system = particle(lambda x, push: x**4 / 4 + x**2 / 2, bounds=(-1, 1), **settings)
     zeros = Model(system).equilibria([np.array([0.3, 0.5, 5.0])])
     root = [np.real(r[np.abs(r.imag) < 1e-9][0]) for r in map(np.roots, ([1, 0, 1, -0.3], [1, 0, 1, -0.5]))]
     np.testing.assert_allclose(zeros.places[:2, 0, 0], root, rtol=1e-14)

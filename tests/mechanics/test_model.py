@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import repeated
 import sympy as sp
-from described import model_of, particle, points, points_at
+from described import flow, model_of, particle, points, points_at
 from oscillators import LIBRARY
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
@@ -75,14 +75,17 @@ def test_errors_hold_where_a_direction_is_soft_or_flat():
     The position of the equilibrium is as soft: its error moves ω² by the terms of third and fourth order.
     """
     random, count, n = np.random.default_rng(5), 300, 2
-    system = System("Soft")
     names = ("k00", "k01", "k11", "m0", "m1", "cubic", "quartic")
-    symbols = {name: system.parameter(name, default=1.0, positive=name[0] == "m") for name in names}
-    x, y = (system.coordinate(name, bounds=(-1, 1), size=1) for name in "xy")
-    system.kinetic_energy((symbols["m0"] * system.velocity(x) ** 2 + symbols["m1"] * system.velocity(y) ** 2) / 2)
-    springs = symbols["k00"] * x**2 / 2 + symbols["k01"] * x * y + symbols["k11"] * y**2 / 2
-    system.potential(springs + symbols["cubic"] * (x**3 + y**3) + symbols["quartic"] * (x**4 + y**4))
-    system.equilibrium("zero", {x: 0, y: 0})
+    system = particle(
+        lambda x, y, k00, k01, k11, m0, m1, cubic, quartic: (
+            k00 * x**2 / 2 + k01 * x * y + k11 * y**2 / 2 + cubic * (x**3 + y**3) + quartic * (x**4 + y**4)
+        ),
+        "xy",
+        (-1, 1),
+        size=1,
+        kinetic=lambda x, y, u, v, k00, k01, k11, m0, m1, *_: ((m0 - 1) * u**2 + (m1 - 1) * v**2) / 2,
+        **{"places": {"zero": [0, 0]}} | dict.fromkeys(names, 1.0),
+    )
     angle, soft = (
         random.uniform(0.0, np.pi, count),
         np.where(random.random(count) < 0.1, 0.0, 10.0 ** -random.uniform(1, 14, count)),
@@ -336,16 +339,14 @@ OF_PARAMETERS = {  # of a parameter a, and of a number
 @pytest.mark.parametrize("name", OF_PARAMETERS)
 def test_functions_of_parameters_alone_are_numbers(name, place):
     """Against mpmath; all equilibria are proved."""
-    (of_a, of_number), values, system = OF_PARAMETERS[name], [-0.7, 0.3, 1.6], System(name)
-    a = system.parameter("a", default=0.3)
+    (of_a, of_number), values = OF_PARAMETERS[name], [-0.7, 0.3, 1.6]
     if place == "rate":
-        x, y = (system.state(word, bounds=(-1, 1)) for word in "xy")
-        system.rate(x, y), system.rate(y, -of_a(a) * sp.sin(x) - y / 10)
+        rates = lambda x, y, a: (y, -of_a(a) * sp.sin(x) - y / 10)  # noqa: E731
+        system = flow(rates, "xy", (-1, 1), places={"rest": [0, 0]}, a=0.3)
     else:
-        x = system.coordinate("x", bounds=(-1, 1), size=1)
-        system.kinetic_energy((of_a(a) if place == "mass" else 1) * system.velocity(x) ** 2 / 2)
-        system.potential((of_a(a) if place == "V" else 1) * (1 - sp.cos(x)))
-    system.equilibrium("rest", {x: 0})
+        V = lambda x, a: (of_a(a) if place == "V" else 1) * (1 - sp.cos(x))  # noqa: E731
+        kinetic = (lambda x, v, a: (of_a(a) - 1) * v**2 / 2) if place == "mass" else None
+        system = particle(V, bounds=(-1, 1), size=1, kinetic=kinetic, places={"rest": [0]}, a=0.3)
     model, parameters = Model(system), [np.array(values)]
     zeros = model.equilibria(parameters)
     assert (zeros.certified == equilibria.PROVED).all()

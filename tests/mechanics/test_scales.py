@@ -21,16 +21,6 @@ def plane(V, bounds, max_places=8, **parameters):
     return Model(particle(V, "xyzw"[: len(bounds)], bounds, most=max_places, **parameters))
 
 
-@pytest.mark.parametrize("ratio", [1e5, 1e8, 1e10, 1e12])
-def test_a_stiff_direction_loses_no_equilibrium_and_invents_none(ratio):
-    model = plane(lambda x, y, k: x**2 / 2 + k * y**2 / 2, [(-1, 2)] * 2, max_places=5, k=1.0)
-    theory = model.theory(points_at(model, k=ratio))
-    assert (~np.isnan(theory["place"][:, 0])).sum() == 2  # both modes of one place
-    assert theory["place"][:2] == pytest.approx(0, abs=1e-15)
-    assert theory["omega_squared"][:2] == pytest.approx([1.0, ratio], rel=1e-12)
-    assert theory["certified"][0] == equilibria.PROVED
-
-
 @pytest.mark.parametrize("stiffness", repeated.but((1e3, 1e13), (1e3, 2e5, 1e9, 1e13)))
 def test_an_elastic_pendulum_hangs_at_its_place(stiffness):
     system = System("Elastic pendulum", most=4)
@@ -45,6 +35,7 @@ def test_an_elastic_pendulum_hangs_at_its_place(stiffness):
     assert below[0] == pytest.approx([1 + 9.80665 / stiffness, 0], abs=1e-15)
     soft = theory["omega_squared"][np.abs(theory["place"][:, 1]) < 1][0]
     assert soft == pytest.approx(9.80665 / (1 + 9.80665 / stiffness), rel=1e-12)
+    assert (~np.isnan(theory["place"][:, 0])).sum() == 4  # both modes of two places: none is lost or invented
     assert (theory["certified"] == equilibria.PROVED).all()
 
 
@@ -152,15 +143,6 @@ def test_a_kinetic_energy_that_is_not_positive_is_said():
     model = Model(system)
     columns = model.survey(points_at(model, c=[2.0, 3.0]))
     assert columns["status"].tolist() == [statuses.KINETIC_ENERGY_NOT_POSITIVE] * 2
-
-
-def test_a_system_without_parameters_has_places():
-    model = plane(lambda x: x**2, [(-1, 2)], max_places=1)
-    theory = model.theory(points_at(model))
-    assert theory["omega_squared"].tolist() == [2.0]
-    model = plane(lambda x: x**4 / 4 - x**2 / 2, [(-2, 3)], max_places=4)
-    theory = model.theory(points_at(model))
-    assert theory["omega_squared"] == pytest.approx([2.0, -1.0, 2.0, np.nan], nan_ok=True)
 
 
 UNITS = {  # parameter → exponents of length, mass and time
