@@ -494,19 +494,6 @@ def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tin
         merging.merge_shards(definition, [folder], tmp_path / "map.nc")
 
 
-def test_a_map_that_is_not_cut_is_written_as_one_that_is(tmp_path):
-    for sweep in (TINY, BODIES):
-        single_path, merged_path = tmp_path / "whole.nc", tmp_path / "merged.nc"
-        counts = []
-        written_hash = merging.measure_whole(sweep, single_path, 2, counts.append)
-        assert sum(counts) == sweep.grid.size
-        assert written_hash == merging.merge_shards(sweep, write_shards(tmp_path, sweep, 1), merged_path)
-        with h5py.File(single_path) as file_a, h5py.File(merged_path) as file_b:
-            assert set(file_a) == set(file_b)
-            for key in set(file_a.attrs) - {"history"}:
-                assert str(file_a.attrs[key]) == str(file_b.attrs[key])
-
-
 def test_threads_leave_what_they_have_not_begun_when_it_is_broken_off():
     has_begun, release, run = threading.Event(), threading.Event(), []
 

@@ -289,9 +289,8 @@ def map_with_names(tmp_path_factory):
     folder = tmp_path_factory.mktemp("named")
     FRAME.to_csv(folder / "bodies.csv", index=False)
     (folder / "my.yaml").write_text("table: bodies.csv\ngrid: {I3: 2.5, omega0: 1.0}\n")
-    from sweeps.shards import merging
-
-    merging.measure_whole(read_sweep(folder / "my.yaml"), folder / "map.nc", 1, lambda _: None)
+    assert main(["shard", str(folder / "my.yaml"), "1", "1", "-o", str(folder / "1-of-1.nc")]) == 0
+    assert main(["merge", str(folder / "my.yaml"), str(folder / "1-of-1.nc"), "-o", str(folder / "map.nc")]) == 0
     return folder / "map.nc"
 
 
