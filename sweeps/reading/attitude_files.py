@@ -84,10 +84,6 @@ class AttitudeMessage(tables.Source):
         """Return the values of the first and the last rows as written."""
         return [line.split() for line in tables.sample_lines(self._file, self._begin)]
 
-    def row_blocks(self, places: Sequence[int]) -> Iterator[np.ndarray]:
-        """Return the rows; see `sweeps.reading.tables.Source`."""
-        return tables.rows_in_child(self, places)
-
     def read_rows(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Yield the rows, in the child."""
         lines, begin, number = self._data_lines(), None, 0

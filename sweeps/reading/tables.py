@@ -90,6 +90,21 @@ class Source:
 
     def row_blocks(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Yield rows of some columns, `PART_ROWS` at a time, float64 of shape (rows, columns); NaN for no number."""
+        seconds = sandbox.MAX_SECONDS + self._file.size * SECONDS_PER_BYTE
+        try:
+            for block in sandbox.parts_from_child(partial(self._rows_as_bytes, places), seconds):
+                yield np.frombuffer(block, "<f8").reshape(-1, len(places)).copy()
+        except sandbox.ChildError as error:
+            problem = f"is damaged ({error})"
+            problem = problem if str(error) else "cannot be read (it is damaged, or takes too much time or memory)"
+            raise refusal("", display(self.name), problem, "a whole table") from None
+
+    def _rows_as_bytes(self, places: Sequence[int]) -> Iterator[bytes]:
+        for block in self.read_rows(places):
+            yield np.ascontiguousarray(block, "<f8").tobytes()
+
+    def read_rows(self, places: Sequence[int]) -> Iterator[np.ndarray]:
+        """Yield the rows, in the child; see `row_blocks`."""
         raise NotImplementedError
 
     def sample_rows(self) -> list[list[str]]:
@@ -127,27 +142,6 @@ class Source:
         if 8 * values > max(SMALL_TABLE, MAX_SIZE_RATIO * self._file.size):
             problem = f"declares {values:,} values, {MAX_SIZE_RATIO} times what it holds"
             raise refusal("", display(self.name), problem, "a table whose numbers are in the file")
-
-
-# -- rows from a child process
-
-
-def rows_in_child(source: Source, places: Sequence[int]) -> Iterator[np.ndarray]:
-    """Yield the parts of `source.read_rows`, which runs in a child process."""
-    seconds = sandbox.MAX_SECONDS + source._file.size * SECONDS_PER_BYTE
-    try:
-        for block in sandbox.parts_from_child(partial(_encode_rows, source, places), seconds):
-            yield np.frombuffer(block, "<f8").reshape(-1, len(places)).copy()
-    except sandbox.ChildError as error:
-        problem = f"is damaged ({error})"
-        problem = problem if str(error) else "cannot be read (it is damaged, or takes too much time or memory)"
-        raise refusal("", display(source.name), problem, "a whole table") from None
-
-
-def _encode_rows(source: Source, places: Sequence[int]) -> Iterator[bytes]:
-    """Yield rows as bytes; runs in the child."""
-    for block in source.read_rows(places):
-        yield np.ascontiguousarray(block, "<f8").tobytes()
 
 
 def _printable(value: object) -> str:
@@ -209,7 +203,7 @@ class _Csv(Source):
     def row_blocks(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Return the rows; see `Source`."""
         self._read(BytesIO(b"1\n"), "f8", header=None)  # loads here what the child, which can open no file, needs
-        return rows_in_child(self, places)
+        return super().row_blocks(places)
 
     def _blocks(self) -> Iterator[bytes]:
         """Yield whole lines below the first, some megabytes at a time."""
@@ -329,7 +323,7 @@ class _Parquet(Source):
         """Yield the rows; see `Source`."""
         self._refuse_swollen(self._rows * len(places))
         rows_left = self._rows
-        for block in rows_in_child(self, places):
+        for block in super().row_blocks(places):
             if len(block) > rows_left:
                 raise refusal("", display(self.name), "holds more rows than it declares", "a whole table")
             rows_left -= len(block)
