@@ -110,14 +110,14 @@ def set_attribute(path, holder, name, value):
         attributes.create(name, value)
 
 
-def without_attribute(path, name):
-    with h5py.File(path, "r+") as file:
-        file.attrs.pop(name, None)
+def in_file(change):
+    """A damage that changes an open file."""
 
+    def damage(path):
+        with h5py.File(path, "r+") as file:
+            change(file)
 
-def remove_variable(path, name):
-    with h5py.File(path, "r+") as file:
-        del file[name]
+    return damage
 
 
 def replace_variable(path, name, make):
@@ -162,17 +162,12 @@ def bomb(file, name, old):
 
 def zeros_chunk(file, name, old):
     """A large chunk of zeros, deflated well."""
-    rank = max(np.ndim(old), 1)
-    shape = (2**27,) + (1,) * (rank - 1)
-    variable = file.create_dataset(name, shape, "f8", chunks=shape, compression="gzip")
-    return variable
+    shape = (2**27, *(1 for _ in np.shape(old)[1:]))
+    return file.create_dataset(name, shape, "f8", chunks=shape, compression="gzip")
 
 
 def with_filter(**options):
-    def make(file, name, old):
-        return file.create_dataset(name, data=old, chunks=np.shape(old) or None, **options)
-
-    return make
+    return lambda file, name, old: file.create_dataset(name, data=old, chunks=np.shape(old) or None, **options)
 
 
 def noise(file, name, old):
@@ -194,10 +189,7 @@ def unknown_filter(file, name, old):
 
 
 def link(target):
-    def make(file, name, old):
-        file[name] = target
-
-    return make
+    return lambda file, name, old: file.__setitem__(name, target)
 
 
 REPLACED = {
@@ -245,11 +237,6 @@ REPLACED = {
 }
 
 
-def add_variable(path, name, make):
-    with h5py.File(path, "r+") as file:
-        make(file, name, np.zeros(3))
-
-
 def bytes_of(function):
     def damage(path):
         path.write_bytes(function(path.read_bytes()))
@@ -290,34 +277,23 @@ def classic(path, form):
 
 
 def plain_hdf(path):
-    path.unlink()
     with h5py.File(path, "w") as file:
         file["status"] = np.zeros(3)
         file.attrs["contract_version"] = "3.0"
 
 
+NO_FILES = {
+    "fifo": os.mkfifo,
+    "folder": os.mkdir,
+    "loop": lambda path: path.symlink_to(path),
+    "zeros": lambda path: path.symlink_to("/dev/zero"),
+    "nothing": lambda path: None,
+}
+
+
 def no_file(path, kind):
     path.unlink()
-    if kind == "fifo":
-        os.mkfifo(path)
-    elif kind == "folder":
-        path.mkdir()
-    elif kind == "loop":
-        path.symlink_to(path)
-    elif kind == "zeros":
-        path.symlink_to("/dev/zero")
-
-
-def add_many_groups(path, number):
-    with h5py.File(path, "r+") as file:
-        for k in range(number):
-            file.create_group(f"g{k}")
-
-
-def many_attributes(path, number):
-    with h5py.File(path, "r+") as file:
-        for k in range(number):
-            file.attrs[f"a{k}"] = k
+    NO_FILES[kind](path)
 
 
 def table(base):
@@ -339,7 +315,7 @@ def table(base):
     for name in GLOBAL:
         for word, value in ODD.items():
             damages[f"{name} = {word}"] = partial(set_attribute, holder="", name=name, value=value)
-        damages[f"without {name}"] = partial(without_attribute, name=name)
+        damages[f"without {name}"] = in_file(lambda file, name=name: file.attrs.pop(name, None))
     for holder in (first, flag_name, coordinate):
         for name in LOCAL:
             for word in LOCAL_WORDS:
@@ -348,13 +324,15 @@ def table(base):
         for word, make in REPLACED.items():
             damages[f"{holder} {word}"] = partial(replace_variable, name=holder, make=make)
     for name in names:
-        damages[f"without variable {name}"] = partial(remove_variable, name=name)
+        damages[f"without variable {name}"] = in_file(lambda file, name=name: file.__delitem__(name))
     for word, make in REPLACED.items():
         if word not in ("reversed", "shuffled", "cut", "another rank", "transposed"):
-            damages[f"beside: {word}"] = partial(add_variable, name="beside", make=make)
+            damages[f"beside: {word}"] = in_file(lambda file, make=make: make(file, "beside", np.zeros(3)))
     for word in ("control", "bidi", "markup", "script", "mathtext"):
         name = TEXTS[word].replace("/", "|")
-        damages[f"a variable named {word}"] = partial(add_variable, name=name, make=as_type("f8"))
+        damages[f"a variable named {word}"] = in_file(
+            lambda file, name=name: file.create_dataset(name, data=np.zeros(3))
+        )
     for k in range(1, 40):
         damages[f"cut at {k}/40"] = bytes_of(lambda content, k=k: content[: len(content) * k // 40])
     for k in (0, 1, 7, 8, 9, 40, 47, 48, 95, size - 1):
@@ -371,7 +349,7 @@ def table(base):
     for form in ("NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA", "NETCDF4"):
         damages[form] = partial(classic, form=form)
     damages["plain HDF5"] = plain_hdf
-    for kind in ("fifo", "folder", "loop", "zeros", "nothing"):
+    for kind in NO_FILES:
         damages[kind] = partial(no_file, kind=kind)
     for word, content in {
         "text": b"title: a map\n",
@@ -379,8 +357,8 @@ def table(base):
         "zeros": bytes(999),
     }.items():
         damages[f"a file of {word}"] = bytes_of(lambda _, content=content: content)
-    damages["20,000 groups"] = partial(add_many_groups, number=20_000)
-    damages["5,000 attributes"] = partial(many_attributes, number=5000)
+    damages["20,000 groups"] = in_file(lambda file: [file.create_group(f"g{k}") for k in range(20_000)])
+    damages["5,000 attributes"] = in_file(lambda file: file.attrs.update({f"a{k}": k for k in range(5000)}))
     return damages
 
 
