@@ -17,12 +17,10 @@ from sweeps.process.machine import num_processors
 from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
-from sweeps.shards.content_hash import ContentHash, chunk_shape, hash_content
+from sweeps.shards.content_hash import chunk_shape, hash_content
 
 if TYPE_CHECKING:
     from sweeps.points.sweep import Sweep
-
-LITERAL_KINDS = "iufU"  # kinds of NumPy types with the same values in the file and in memory
 
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
@@ -41,11 +39,11 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
         )
         if lazy.data_vars:
             _compute_blocks(lazy.unify_chunks(), temporary)
-        elif all(variable.dtype.kind in LITERAL_KINDS for variable in ds.variables.values()):
-            return _seal(temporary, hash_content(ds))
         with xr.open_dataset(temporary, engine="netcdf4", decode_cf=False) as file_ds:
             digest = hash_content(file_ds, 2**22)
-        return _seal(temporary, digest)
+        with netCDF4.Dataset(temporary, "a") as file:
+            digest.seal(file)
+        return digest.hexdigest()
 
 
 def _compute_blocks(lazy: xr.Dataset, path: Path) -> None:
@@ -76,12 +74,6 @@ def _num_processors() -> int:
 
         return max(sum(default_client().nthreads().values()), 1)
     return num_processors()
-
-
-def _seal(path: Path, digest: ContentHash) -> str:
-    with netCDF4.Dataset(path, "a") as file:
-        digest.seal(file)
-    return digest.hexdigest()
 
 
 class _Backend(xr.backends.BackendEntrypoint):
