@@ -27,7 +27,7 @@ def particle(V, names="x", bounds=(-3, 4), R=None, period=None, periodic=False, 
     """Return unit masses along coordinates in a potential V(x, …, parameters), with places by name.
 
     Rayleigh's function is R(velocities, parameters) and the period a number or a function of the parameters, if given.
-    `forces` returns one for each coordinate and `kinetic` what the kinetic energy has besides, both from coordinates,
+    `forces` returns one for each coordinate and `kinetic` the kinetic energy without v²/2, both from coordinates,
     velocities and parameters. `most` and `follow` are those of the System.
     """
     system = System("Particle", **{name: parameters.pop(name) for name in ("most", "follow") if name in parameters})

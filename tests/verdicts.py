@@ -171,7 +171,7 @@ def ziegler(form):
         2,
         lambda q, P: (q[0] ** 2 + (q[0] - q[1]) ** 2) / 2,
         forces=lambda q, v, P: [P * sp.sin(q[0] - q[1]), 0],
-        kinetic=lambda q, v, P: v[0] ** 2 + sp.cos(q[0] - q[1]) * v[0] * v[1],  # besides v²/2 of both
+        kinetic=lambda q, v, P: v[0] ** 2 + sp.cos(q[0] - q[1]) * v[0] * v[1],  # added to v²/2 of both
         P=1.0,
     )
 
