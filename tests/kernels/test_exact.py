@@ -22,7 +22,7 @@ from precise import Textbook, taylor
 from scipy.spatial import cKDTree
 
 from kernels.compile.fingerprint import sources
-from kernels.free import elliptic_constants, exact
+from kernels.free import direct, elliptic_constants, exact
 
 ROUNDING = 2.0**-53
 BODIES = list(itertools.permutations((0.7, 1.0, 1.25)))
@@ -261,22 +261,15 @@ def test_units_change_nothing(moment_unit, rate_unit):
         assert tilt == exact.max_tilt(exact.set_up(*moments, *start), axis)
 
 
-@pytest.mark.parametrize(
-    ("moments", "start", "times"),
-    [
-        ((1, 2), (1, 1, 1), [0]),
-        ((1, 2, 0), (1, 1, 1), [0]),
-        ((1, 2, -3), (1, 1, 1), [0]),
-        ((1, 2, np.inf), (1, 1, 1), [0]),
-        ((1, 2, 3), (1, np.nan, 1), [0]),
-        ((1, 2, 3), (1, 1), [0]),
-        ((1, 2, 3), (1, 1, 1), 0.0),
-        ((1, 2, 3), (1, 1, 1), [np.inf]),
-    ],
-)
-def test_what_is_no_rotation_is_refused(moments, start, times):
-    with pytest.raises(ValueError, match="must be"):
-        exact.rotation(moments, start, times)
+@pytest.mark.parametrize("rotation", [exact.rotation, direct.rotation])
+@pytest.mark.parametrize(("moments", "start", "times", "name"), [
+    *((moments, (1, 1, 1), [0], "moments") for moments in ((1, 2), (1, 2, 0), (1, 2, -3), (1, 2, np.inf))),
+    *(((1, 2, 3), start, [0], "omega_start") for start in ((1, np.nan, 1), (1, 1), [[1, 0, 0]])),
+    ((1, 2, 3), (1, 1, 1), 0.0, "times"), ((1, 2, 3), (1, 1, 1), [np.inf], "times"),
+])  # fmt: skip
+def test_what_is_no_rotation_is_refused(rotation, moments, start, times, name):
+    with pytest.raises(ValueError, match=f"{name} must be"):
+        rotation(moments, start, times)
 
 
 # ---- the exact step ----

@@ -125,15 +125,3 @@ def test_the_frequency_at_its_own_amplitude_tends_to_linear_theory():
     deviation = np.abs(frequency / linear - 1)
     assert deviation[0] < 1e-11
     assert deviation[2] / deviation[1] == pytest.approx(1e4, rel=1e-2)  # the square of the nudge
-
-
-@pytest.mark.compiled
-def test_broken_points_are_left_out():
-    points = bodies(40, 4, epsilon=1e-3)
-    invalid_points = {name: value.copy() for name, value in points.items()}
-    invalid_points["I1"][3] = np.nan
-    plain, partly_invalid = (survey.measure_points(p, 4.0, 16, 1e-10, nonlinear=True) for p in (points, invalid_points))
-    valid = np.arange(points["I1"].size) != 3
-    for name in flips.MEASURED:
-        assert np.isnan(partly_invalid[name][3])
-        np.testing.assert_array_equal(plain[name][valid], partly_invalid[name][valid], err_msg=name)

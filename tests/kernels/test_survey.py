@@ -12,6 +12,7 @@ from numba import config
 from strategies import LANES, point_batches
 
 from kernels.estimator import statuses
+from kernels.events import flips
 from kernels.free import exact, linear, rigid_body
 from kernels.near_axis import survey
 
@@ -236,19 +237,6 @@ def test_extreme_common_scales_keep_the_sign(scale, ratios):
                 assert np.isfinite(column).all(), name
 
 
-def test_no_measured_bit_depends_on_the_theory(monkeypatch):
-    points = bodies(300, seed=6)
-    honest = survey.survey(points, *SETTINGS)
-    monkeypatch.setattr(linear, "omega_squared", lambda *a, **k: np.full(points["I1"].size, -7.0))
-    monkeypatch.setattr(linear, "regime", lambda *a, **k: np.full(points["I1"].size, 3, np.int8))
-    false_theory = {"omega_squared_theory": np.full(points["I1"].size, -7.0)}
-    monkeypatch.setattr(linear, "predict_columns", lambda *a: false_theory)
-    nonsense = survey.survey(points, *SETTINGS)
-    assert (nonsense["omega_squared_theory"] == -7.0).all()
-    for name in survey.measure_points(points, *SETTINGS):
-        np.testing.assert_array_equal(honest[name], nonsense[name], err_msg=name)
-
-
 # without the compiler NumPy's scalars warn of the NaN that is meant here
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_a_point_that_is_no_number_leaves_its_neighbours_alone():
@@ -256,8 +244,9 @@ def test_a_point_that_is_no_number_leaves_its_neighbours_alone():
     invalid_points = {name: value.copy() for name, value in points.items()}
     invalid_points["I1"][5] = np.nan
     invalid_points["I2"][6] = np.inf
-    plain, partly_invalid = survey.survey(points, *SETTINGS), survey.measure_points(invalid_points, *SETTINGS)
+    plain, partly_invalid = (survey.measure_points(x, *SETTINGS, nonlinear=True) for x in (points, invalid_points))
     assert (partly_invalid["status"][[5, 6]] == survey.NON_FINITE).all()
+    assert np.isnan([partly_invalid[name][[5, 6]] for name in flips.MEASURED]).all()
     valid = np.setdiff1d(np.arange(points["I1"].size), [5, 6])
     for name in partly_invalid:
         np.testing.assert_array_equal(plain[name][valid], partly_invalid[name][valid], err_msg=name)
