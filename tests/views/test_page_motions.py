@@ -139,6 +139,29 @@ def test_a_shaken_pendulum_stays_upside_down(visit_map):
 
 
 @pytest.mark.slow
+def test_equations_and_picture_of_the_double_pendulum(visit_map):
+    """Against the accelerations of textbooks, solved by hand for equal rods and masses of one."""
+    grid = {"mass2": [1.0, 2.0], "length2": [1.0, 2.0], "gravity": 9.8}
+    page = visit_map({"system": "double_pendulum", "grid": grid}, "#mass2=1&length2=1").page
+    theta1, theta2, speed1, speed2 = state = [0.7, -0.4, 1.3, 0.8]
+    sine, cosine = math.sin(theta1 - theta2), math.cos(theta1 - theta2)
+    pull = -9.8 * (3 * math.sin(theta1) + math.sin(theta1 - 2 * theta2))
+    first = pull - 2 * sine * (speed2**2 + speed1**2 * cosine)
+    second = 2 * sine * (2 * speed1**2 + 2 * 9.8 * math.cos(theta1) + speed2**2 * cosine)
+    expected = np.array([first, second]) / (3 - math.cos(2 * (theta1 - theta2)))
+    slope, parts = page.evaluate(
+        "(y) => (({ equations: e }) => [e.slope(0, y), e.picture(0, y)])(polhode.map.mode)", state
+    )
+    np.testing.assert_allclose(slope, [speed1, speed2, *expected], rtol=1e-13)
+    upper = [math.sin(theta1), -math.cos(theta1)]
+    lower = [upper[0] + math.sin(theta2), upper[1] - math.cos(theta2)]
+    places = [[[0.0, 0.0], upper], [upper, lower], [[0.0, 0.0]], [upper], [lower]]
+    assert [part["kind"] for part in parts] == ["line", "line", "body", "mass", "mass"]
+    for part, points in zip(parts, places, strict=True):
+        np.testing.assert_allclose(part["points"], points, rtol=1e-15)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "moments"),
     [

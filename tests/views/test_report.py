@@ -4,7 +4,6 @@ import base64
 import math
 import re
 import zlib
-from importlib import import_module
 
 import numpy as np
 import pytest
@@ -189,46 +188,6 @@ def test_the_policy_names_the_scripts_and_forbids_the_rest(plane, tmp_path):
     assert "default-src 'none'" in policy
     assert "unsafe-inline" not in policy.split("style-src")[0]
     assert "unsafe-eval" not in policy
-
-
-def evaluate(tree, at):
-    """A tree of the page's, worked out."""
-    if isinstance(tree, float):
-        return tree
-    if isinstance(tree, str):
-        return at[tree]
-    operands = [evaluate(operand, at) for operand in tree[1:]]
-    ways = {"+": sum, "*": math.prod, "^": lambda both: both[0] ** both[1]}
-    return ways[tree[0]](operands) if tree[0] in ways else getattr(math, tree[0])(*operands)
-
-
-def test_equations_of_the_page_are_those_of_the_double_pendulum():
-    """Against the accelerations of textbooks, solved by hand for equal rods and masses of one."""
-    page = equations.page_equations(import_module("sweeps.mechanics.library.double_pendulum").system)
-    theta1, theta2, speed1, speed2 = 0.7, -0.4, 1.3, 0.8
-    at = dict.fromkeys(("mass1", "mass2", "length1", "length2"), 1.0)
-    at |= {"gravity": 9.8, "theta1": theta1, "theta2": theta2}
-    at |= {page["coordinates"][0]["velocity"]: speed1, page["coordinates"][1]["velocity"]: speed2}
-    for name, tree in page["shared"]:
-        at[name] = evaluate(tree, at)
-    a = [[evaluate(tree, at) for tree in row] for row in page["a"]]
-    forces = [evaluate(tree, at) for tree in page["forces"]]
-    sine, cosine = math.sin(theta1 - theta2), math.cos(theta1 - theta2)
-    first = (
-        -9.8 * 3 * math.sin(theta1) - 9.8 * math.sin(theta1 - 2 * theta2) - 2 * sine * (speed2**2 + speed1**2 * cosine)
-    )
-    second = 2 * sine * (2 * speed1**2 + 2 * 9.8 * math.cos(theta1) + speed2**2 * cosine)
-    expected = np.array([first, second]) / (3 - math.cos(2 * (theta1 - theta2)))
-    np.testing.assert_allclose(np.linalg.solve(a, forces), expected, rtol=1e-13)
-    for name, tree in page["seen"]:
-        at[name] = evaluate(tree, at)
-    shapes = [(kind, [[evaluate(tree, at) for tree in place] for place in points]) for kind, _, points in page["drawn"]]
-    upper = [math.sin(theta1), -math.cos(theta1)]
-    lower = [upper[0] + math.sin(theta2), upper[1] - math.cos(theta2)]
-    places = [[[0.0, 0.0], upper], [upper, lower], [[0.0, 0.0]], [upper], [lower]]
-    assert [kind for kind, _ in shapes] == ["line", "line", "body", "mass", "mass"]
-    for (_, points), expected in zip(shapes, places, strict=True):
-        np.testing.assert_allclose(points, expected, rtol=1e-15)
 
 
 def symbols_of(tree):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from small_maps import SMALL
 
 import sweeps
 from sweeps import plot
@@ -31,12 +32,7 @@ MAPS = {
         "grid": {"I1": {"start": 0.5, "stop": 1.0}, "I2": 1.2, "I3": 1.4, "omega0": 1.0, "epsilon": 1e-3},
         "sample": {"num": 7},
     },
-    "symmetric_top": {
-        "system": "symmetric_top",
-        "grid": {"ratio": [0.5, 1.5, 2.5], "omega3": [-1.0, 10.0], "half_angle": [10.0, 30.0]},
-    },
-    "twist": {"system": "twist", "grid": {"I1": [0.2, 0.5], "I2": 1.0, "I3": [1.0, 1.4], "chi": [1e-3, 0.1]}},
-    "tumbling": {"system": "tumbling", "grid": {"I1": [0.2, 0.5], "I2": [0.6, 0.8], "I3": 1.0, "energy": [1.1, 1.5]}},
+    **{name: {"system": name} | SMALL[name] for name in ("symmetric_top", "twist", "tumbling")},
     "pendulum": {"system": "pendulum", "grid": {"length": [0.5, 1.0, 2.0], "gravity": [1.6, 9.8], "epsilon": 1e-6}},
 }
 
