@@ -1,3 +1,7 @@
+"""Polhodes: the scene, the curves on both sides of the separatrix, and the body that is drawn."""
+
+from itertools import combinations
+
 import matplotlib
 import numpy as np
 import pytest
@@ -30,9 +34,7 @@ def lines(figure, gid):
 def test_the_scene_is_the_body_as_it_is_and_no_mirror_image(moments):
     scene = Scene(np.array(moments))
     np.testing.assert_allclose(scene.moments, np.array(moments)[list(scene.axes)] / 1.5, rtol=1e-15)
-    permutation = np.eye(3)[list(scene.axes)]
-    assert np.linalg.det(permutation) == pytest.approx(1.0)
-    assert np.linalg.det(scene.view) == pytest.approx(1.0)
+    assert np.linalg.det([np.eye(3)[list(scene.axes)], scene.view]) == pytest.approx([1.0, 1.0])
     assert scene.moments[1] == 1.0
     assert scene.view[2].min() > 0  # the three positive ends face the reader, the middle one most
     assert np.argmax(scene.view[2]) == 1
@@ -82,9 +84,8 @@ def test_axes_are_named_in_the_order_of_their_moments():
     renderer = figure.canvas.get_renderer()
     boxes = [text.get_window_extent(renderer) for text in figure.axes[0].texts if text.get_text()]
     assert len(boxes) == 3
-    for i, box in enumerate(boxes):
-        assert not any(box.overlaps(second_box) for second_box in boxes[i + 1 :])
-        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+    assert not any(box.overlaps(other) for box, other in combinations(boxes, 2))
+    assert all(figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1 for box in boxes)
 
 
 def test_the_body_is_the_most_asymmetric_that_can_exist():

@@ -13,7 +13,6 @@ from toy_package import TOY, write_metadata
 
 import sweeps
 from sweeps import systems
-from sweeps.__main__ import main
 from sweeps.pipeline import run as pipeline
 
 TEXT = (TOY / "honey.yaml").read_text()
@@ -65,19 +64,17 @@ def test_a_system_of_ones_own_goes_the_whole_way(folder, capsys):
 
 def test_a_wrong_value_of_such_a_system_is_refused_in_words(folder, capsys):
     (folder / "honey.yaml").write_text(TEXT.replace("[1.0, 20.0]", "-1.0"))
-    assert main(["check", "honey.yaml"]) == 2
-    assert "grid.spin: -1.0 is out of range; allowed: a number from 1e-9 to 1e9" in capsys.readouterr().err
+    message = run_command(capsys, "check", "honey.yaml", status=2)
+    assert "grid.spin: -1.0 is out of range; allowed: a number from 1e-9 to 1e9" in message
 
 
 def test_it_is_there_in_a_process_of_its_own(folder):
     check = [sys.executable, "-m", "sweeps", "check", "honey.yaml"]
-    process = subprocess.run(check, capture_output=True, text=True, check=False)
-    assert process.returncode == 0, process.stderr
-    assert "24 = 2 spin × 12 tau" in process.stdout
+    output = subprocess.run(check, stdout=subprocess.PIPE, text=True, check=True).stdout
+    assert "24 = 2 spin × 12 tau" in output
 
 
-def test_without_its_package_it_is_no_system(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_without_its_package_it_is_no_system(tmp_path, capsys):
     (tmp_path / "honey.yaml").write_text(TEXT)
-    assert main(["check", "honey.yaml"]) == 2
-    assert "system: 'damped_top' is not available" in capsys.readouterr().err
+    message = run_command(capsys, "check", tmp_path / "honey.yaml", status=2)
+    assert "system: 'damped_top' is not available" in message

@@ -1,3 +1,5 @@
+"""Durations, and principal axes, in words."""
+
 import math
 
 import pytest

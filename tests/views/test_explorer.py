@@ -34,16 +34,13 @@ from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.systems.dissipative_body import system as dissipative_body
 from sweeps.systems.rigid_body.presets import PRESETS
 
-TELEPHONE = {"width": 400, "height": 800}
-
 
 def assert_row_is_the_maps(page, ds):
     point = shown_point(page, ds)
     for dim in ds.dims:
         assert float(page.row(dim)[0]) == float(point[dim])
     for name, variable in point.data_vars.items():
-        value, text = page.row(name)
-        true = variable.values.item()
+        (value, text), true = page.row(name), variable.values.item()
         if "flag_meanings" in variable.attrs:
             assert int(float(value)) == true
         elif math.isnan(true):
@@ -209,15 +206,25 @@ def test_the_policy_stops_what_would_ask_the_network(tab):
 
 
 @pytest.mark.slow
-def test_each_tap_chooses_the_cell_under_the_finger(visit, plane, plane_path):
-    telephone = visit(plane_path, has_touch=True, viewport=TELEPHONE)
-    page = telephone.page
+def test_a_telephone_is_tapped_needs_no_sideways_scroll_and_keeps_the_theme_chosen(visit, plane, plane_path):
+    size = {"width": 400, "height": 800}
+    telephone = visit(plane_path, has_touch=True, viewport=size, color_scheme="light")
+    page, theme = telephone.page, "document.documentElement.dataset.theme"
     for cell in ((1, 3), (7, 4), (6, 1), (2, 6)):
         page.locator("#map").scroll_into_view_if_needed()
         page.touchscreen.tap(*telephone.center(*cell))
         page.wait_for_timeout(400)  # longer than a browser takes to make a click of a tap
         assert page.evaluate("polhode.state.place")[1:3] == [*cell]
         assert float(telephone.row("I1")[0]) == plane.I1.values[cell[0]]
+    for scheme in ("dark", "light"):  # first the mode with which it does not start
+        page.emulate_media(color_scheme=scheme)
+        telephone.until(f"{theme} === '{scheme}'")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 400
+    page.get_by_role("button", name="change between light and dark").click()
+    assert page.evaluate(theme) == "dark"
+    page.reload()
+    page.wait_for_selector("html[data-ready]", state="attached")
+    assert page.evaluate(theme) == "dark"
 
 
 @pytest.mark.slow
@@ -256,21 +263,6 @@ def test_the_picture_has_a_table_and_words(tab, plane):
     assert parsed(cells.first.inner_text()) == pytest.approx(true, rel=6e-3)  # three digits
     assert "Ω² (negative: unstable), measured" in page.locator("#map-summary").inner_text()
     assert page.locator("canvas:not([aria-label], [aria-hidden])").count() == 0
-
-
-@pytest.mark.slow
-def test_a_telephone_needs_no_sideways_scroll_in_either_theme_and_keeps_the_one_chosen(visit, plane_path):
-    telephone = visit(plane_path, viewport=TELEPHONE, color_scheme="light")
-    page, theme = telephone.page, "document.documentElement.dataset.theme"
-    for scheme in ("dark", "light"):  # first the mode with which it does not start
-        page.emulate_media(color_scheme=scheme)
-        telephone.until(f"{theme} === '{scheme}'")
-        assert page.evaluate("document.documentElement.scrollWidth") <= 400
-    page.get_by_role("button", name="change between light and dark").click()
-    assert page.evaluate(theme) == "dark"
-    page.reload()
-    page.wait_for_selector("html[data-ready]", state="attached")
-    assert page.evaluate(theme) == "dark"
 
 
 @pytest.mark.slow

@@ -51,24 +51,20 @@ def test_play_turns_the_body_and_pause_holds_it(tab):
     assert paused_picture != before
     page.wait_for_timeout(100)
     assert page.evaluate(picture) == paused_picture
-    box = page.locator("#polhode-canvas").bounding_box()
-    ball = page.evaluate("document.getElementById('polhode-canvas').toDataURL()")
-    page.mouse.move(box["x"] + 100, box["y"] + 100)
-    page.mouse.down()
-    page.mouse.move(box["x"] + 160, box["y"] + 120, steps=3)
-    page.mouse.up()
+    ball = page.evaluate(picture.replace("body", "polhode"))
+    canvas = page.locator("#polhode-canvas")
+    canvas.drag_to(canvas, source_position={"x": 100, "y": 100}, target_position={"x": 160, "y": 120})
     assert page.evaluate(picture) != paused_picture
-    assert page.evaluate("document.getElementById('polhode-canvas').toDataURL()") != ball
+    assert page.evaluate(picture.replace("body", "polhode")) != ball
 
 
 def test_only_what_flips_has_a_flip_period(tab, plane):
-    page = tab.page
     outcomes = set()
     for axis in (1, 2, 3):
-        page.get_by_label(str(axis), exact=True).check()
+        tab.page.get_by_label(str(axis), exact=True).check()
         point = shown_point(tab, plane)
         flips = exact.max_tilt(exact.set_up(*moments_of(plane, point), *start_of(point)), axis) > math.pi / 2
-        assert page.locator("#flip-line").is_visible() == flips
+        assert tab.page.locator("#flip-line").is_visible() == flips
         outcomes.add(bool(flips))
     assert outcomes == {True, False}
 

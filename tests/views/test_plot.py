@@ -107,17 +107,17 @@ def test_what_cannot_be_drawn_is_said(tiny, call, message):
 
 @pytest.mark.slow
 def test_a_picture_is_as_large_as_it_is_asked_for(path, tiny, tmp_path):
-    size = (160.0, 100.0)
+    size = np.array([160.0, 100.0])  # mm
     assert main(["figures", path, "-o", str(tmp_path), "--only", "stability_axis_2", "--size", "160x100mm"]) == 0
     for kind in ("svg", "pdf"):
         list(figures.draw_all(tiny, tmp_path, kind, ["stability_axis_2"], sheet=sheets.Sheet(*size)))
     height, width, _ = imread(tmp_path / "stability_axis_2.png").shape
-    np.testing.assert_allclose((width, height), np.array(size) / 25.4 * 50, atol=1.5)
+    np.testing.assert_allclose((width, height), size / 25.4 * 50, atol=1.5)
     svg = (tmp_path / "stability_axis_2.svg").read_text()
     points = [float(x) for x in re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', svg).groups()]
-    np.testing.assert_allclose(points, np.array(size) / 25.4 * 72, rtol=1e-4)
+    np.testing.assert_allclose(points, size / 25.4 * 72, rtol=1e-4)
     box = re.search(rb"/MediaBox \[ ?[0.]+ [0.]+ ([\d.]+) ([\d.]+)", (tmp_path / "stability_axis_2.pdf").read_bytes())
-    np.testing.assert_allclose([float(x) for x in box.groups()], np.array(size) / 25.4 * 72, rtol=1e-4)
+    np.testing.assert_allclose([float(x) for x in box.groups()], size / 25.4 * 72, rtol=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -221,27 +221,19 @@ def test_a_figure_has_the_colours_of_its_theme(theme, tmp_path):
 
 @pytest.mark.parametrize("theme", colors.THEMES)
 @pytest.mark.parametrize("sight", SIGHT)
-def test_regimes_are_told_apart_by_every_eye(theme, sight):
+def test_regimes_and_signs_are_told_apart_by_every_eye(theme, sight):
     """By 20 or more of ΔE (CIE 1976): some ten times the just noticeable difference."""
     points = lab(simulate_vision(regimes_in(theme), sight))
-    assert min(np.linalg.norm(first_color - second_color) for first_color, second_color in combinations(points, 2)) > 20
+    assert min(np.linalg.norm(one - other) for one, other in combinations(points, 2)) > 20
+    points = lab(simulate_vision(signs_in(theme)(np.linspace(0, 1, 9))[:, :3], sight))
+    assert np.linalg.norm(points[1] - points[-2]) > 20
+    assert np.linalg.norm(np.diff(points, axis=0), axis=1).min() > (2 if theme == "print" else 5)
 
 
-def test_print_tells_regimes_apart_without_colours():
+def test_print_tells_regimes_apart_without_colours_and_signs_only_grow_lighter():
     lightness = np.sort(lab(regimes_in("print"))[:, 0])
     assert np.diff(lightness).min() > 15
     assert lightness[-1] < 92  # and from paper
-
-
-@pytest.mark.parametrize("sight", SIGHT)
-def test_signs_of_a_map_are_told_apart_by_every_eye(sight):
-    for theme in colors.THEMES:
-        points = lab(simulate_vision(signs_in(theme)(np.linspace(0, 1, 9))[:, :3], sight))
-        assert np.linalg.norm(points[1] - points[-2]) > 20
-        assert np.linalg.norm(np.diff(points, axis=0), axis=1).min() > (2 if theme == "print" else 5)
-
-
-def test_in_print_a_map_only_grows_lighter():
     lightness = lab(signs_in("print")(np.linspace(0, 1, 33))[:, :3])[:, 0]
     assert np.diff(lightness).min() > 0
     assert np.ptp(lightness) > 70
