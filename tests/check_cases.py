@@ -16,7 +16,7 @@ import mpmath as mp
 import numpy as np
 
 DIGITS, AGREEMENT, ROWS = 60, 1e-40, 1001
-TAYLOR_ORDER = 40
+TAYLOR_ORDER, BITS = 40, 240
 PATH = Path(__file__).parents[1] / "sweeps/systems/rigid_body/check_cases.nc"
 BOUND = 2.0**-52  # rad: each part of a quaternion is rounded by 2^-54, hence the attitude by four times that
 
@@ -58,9 +58,9 @@ CASES = (
 
 
 def start_of(case):
-    """Moments and angular velocity, rad/s."""
+    """Moments and angular velocity, rad/s, as arrays of mpmath's numbers."""
     factor = mp.pi / 180 if case.unit == "deg s-1" else mp.mpf(1)
-    return [mp.mpf(x) for x in case.moments], [mp.mpf(x) * factor for x in case.omega]
+    return np.array([mp.mpf(x) for x in case.moments]), np.array([mp.mpf(x) * factor for x in case.omega])
 
 
 def span(case):
@@ -89,10 +89,9 @@ class Top:
 
     def __init__(self, J, w):
         middle = sorted(range(3), key=lambda i: J[i])
-        self.twice_energy = sum(J[i] * w[i] ** 2 for i in range(3))
-        self.L = mp.sqrt(sum((J[i] * w[i]) ** 2 for i in range(3)))
-        excess = sum(J[i] * (J[i] - J[middle[1]]) * w[i] ** 2 for i in range(3))
         s = middle[1]
+        self.twice_energy, self.L = J @ w**2, mp.norm(J * w)
+        excess = (J * (J - J[s])) @ w**2
         d, c = (middle[2], middle[0]) if excess > 0 else (middle[0], middle[2])
         sign = 1 if (s, c, d) in ((0, 1, 2), (1, 2, 0), (2, 0, 1)) else -1
         Is, Ic, Id = J[s], J[c], J[d]
@@ -152,120 +151,88 @@ class Top:
 def closed_form(J, w0, times, azimuth):
     """Rows of q and w by a closed form of three different moments; `azimuth` is a method of `Top`."""
     top = Top(J, w0)
-    d = top.roles[2]
-    begin = getattr(top, azimuth)(top.u0)
+    angle, d = getattr(top, azimuth), top.roles[2]
+    along, e, f = _frame(J * w0, d)
     rows = []
-    first = _frame([J[i] * w0[i] for i in range(3)], d)
-    for t in times:
-        u = top.u0 + top.p * t
-        w = top.rates(u)
-        body = _frame([J[i] * w[i] for i in range(3)], d)
-        turn = getattr(top, azimuth)(u) - begin
-        e, f = ([mp.cos(turn) * a + mp.sin(turn) * b for a, b in zip(first[1], first[2], strict=True)],
-                [mp.cos(turn) * b - mp.sin(turn) * a for a, b in zip(first[1], first[2], strict=True)])  # fmt: skip
-        space = (first[0], e, f)
-        matrix = [[sum(space[k][i] * body[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
-        rows.append([*quaternion(matrix), *w])
+    for u in [top.u0 + top.p * t for t in times]:
+        w, turn = np.array(top.rates(u)), angle(u) - angle(top.u0)
+        space = np.array([along, mp.cos(turn) * e + mp.sin(turn) * f, mp.cos(turn) * f - mp.sin(turn) * e])
+        rows.append([*quaternion(space.T @ _frame(J * w, d)), *w])
     return rows
 
 
 def _frame(L, d):
     """Unit vectors: along L, along the part of axis d normal to L, and their cross product."""
-    size = mp.sqrt(sum(x * x for x in L))
-    m = [x / size for x in L]
-    e = [-m[d] * x for x in m]
-    e[d] = sum(m[i] ** 2 for i in range(3) if i != d)
-    size = mp.sqrt(sum(x * x for x in e))
-    e = [x / size for x in e]
-    return m, e, cross(m, e)
-
-
-def cross(a, b):
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    m = L / mp.norm(L)
+    e = np.eye(3, dtype=int)[d] - m[d] * m
+    e /= mp.norm(e)
+    return np.array([m, e, np.cross(m, e)])
 
 
 def quaternion(R):
     """Unit quaternion, scalar first, of a rotation matrix."""
-    sizes = [1 + R[0][0] + R[1][1] + R[2][2]] + [1 + 2 * R[i][i] - R[0][0] - R[1][1] - R[2][2] for i in range(3)]
-    k = max(range(4), key=lambda i: sizes[i])
-    lower = [R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1]]
-    if k == 0:
-        q = [sizes[0], *lower]
-    else:
-        q = [lower[k - 1], *(R[k - 1][j] + R[j][k - 1] for j in range(3))]
-        q[k] = sizes[k]
-    return [x / (2 * mp.sqrt(sizes[k])) for x in q]
+    sizes = [1 + np.trace(R), *(1 + 2 * R[i, i] - np.trace(R) for i in range(3))]
+    k = int(np.argmax(sizes))
+    lower = [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]
+    q = [sizes[0], *lower] if k == 0 else [lower[k - 1], *(R[k - 1] + R[:, k - 1])]
+    q[k] = sizes[k]
+    return np.array(q) / (2 * mp.sqrt(sizes[k]))
 
 
 def product(p, q):
-    v = cross(p[1:], q[1:])
-    return [p[0] * q[0] - sum(a * b for a, b in zip(p[1:], q[1:], strict=True)),
-            *(p[0] * b + q[0] * a + c for a, b, c in zip(p[1:], q[1:], v, strict=True))]  # fmt: skip
+    return [p[0] * q[0] - p[1:] @ q[1:], *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))]
 
 
 def turned(vector, t):
     """Quaternion of the rotation by |vector| t about a vector."""
     size = mp.norm(vector)
-    return [mp.cos(size * t / 2), *(mp.sin(size * t / 2) * x / size for x in vector)]
+    return np.array([mp.cos(size * t / 2), *(mp.sin(size * t / 2) * vector / size)])
 
 
 def two_turns(J, w0, times):
     """Rows of a body with two equal moments, or three: a turn about L, then one about the axis of symmetry."""
-    a = next((i for i in range(3) if [J[j] for j in range(3)].count(J[i]) == 1), 0)
+    a = next((i for i in range(3) if [*J].count(J[i]) == 1), 0)
     b, c = (a + 1) % 3, (a + 2) % 3
     slip = w0[a] * (J[a] - J[b]) / J[b]  # (w_b + i w_c)' = i slip (w_b + i w_c)
-    along = [mp.mpf(0)] * 3
-    along[a] = mp.mpf(1)
+    along = np.array([mp.mpf(i == a) for i in range(3)])
     rows = []
     for t in times:
-        q = product(turned([J[i] * w0[i] / J[b] for i in range(3)], t), turned(along, -slip * t))
-        w = [w0[a]] * 3
+        w = w0.copy()
         w[b] = w0[b] * mp.cos(slip * t) - w0[c] * mp.sin(slip * t)
         w[c] = w0[c] * mp.cos(slip * t) + w0[b] * mp.sin(slip * t)
-        rows.append([*q, *w])
+        rows.append([*product(turned(J * w0 / J[b], t), turned(along, -slip * t)), *w])
     return rows
 
 
 def taylor_series(J, w0, times):
-    """Rows by Taylor series of Euler's equations and of q' = q (0, w)/2, in whole numbers of 2^-240."""
-    one = 1 << 240
-    k = [(J[(i + 1) % 3] - J[(i + 2) % 3]) / J[i] for i in range(3)]
-    k = [int(mp.nint(x * one)) for x in k]
-    state = [int(mp.nint(x * one)) for x in [1, 0, 0, 0, *w0]]
-    rows, now = [[mp.mpf(x) / one for x in state]], times[0]
-    size = mp.norm(w0) * max(1, *(abs(mp.mpf(x) / one) for x in k))
+    """Rows by Taylor series of Euler's equations and of q' = q (0, w)/2, in whole numbers of 2^-BITS."""
+    one = 1 << BITS
+    whole = np.vectorize(lambda x: int(mp.nint(x * one)), otypes=[object])
+    k = (np.roll(J, -1) - np.roll(J, -2)) / J
+    state, k_whole = whole([1, 0, 0, 0, *w0]), whole(k)
+    rows, now = [state * mp.mpf(1) / one], times[0]
+    size = mp.norm(w0) * max(1, *np.abs(k))
     for t in times[1:]:
         steps = int(mp.ceil((t - now) * size * 8))
-        h = int(mp.nint((t - now) / steps * one))
+        h = whole((t - now) / steps).item()
         for _ in range(steps):
-            state = _taylor_step(state, k, h)
+            state = _taylor_step(state, k_whole, h)
         now = t
-        rows.append([mp.mpf(x) / one for x in state])
+        rows.append(state * mp.mpf(1) / one)
     return rows
 
 
-def _taylor_step(state, k, h, bits=240):
+def _taylor_step(state, k, h):
     """One step of the order TAYLOR_ORDER; coefficients are multiplied by powers of h."""
-    q, w = [[x] for x in state[:4]], [[x] for x in state[4:]]
-
-    def convolution(a, b):
-        return sum(x * y for x, y in zip(a, reversed(b), strict=True)) >> bits
-
-    for n in range(TAYLOR_ORDER):
-        a, b, c, d = q
-        x, y, z = w
-        new_w = [convolution(y, z), convolution(z, x), convolution(x, y)]
-        new_q = [
-            -convolution(b, x) - convolution(c, y) - convolution(d, z),
-            convolution(a, x) + convolution(c, z) - convolution(d, y),
-            convolution(a, y) + convolution(d, x) - convolution(b, z),
-            convolution(a, z) + convolution(b, y) - convolution(c, x),
-        ]
-        for i in range(3):
-            w[i].append(((new_w[i] * k[i] >> bits) * h >> bits) // (n + 1))
-        for i in range(4):
-            q[i].append((new_q[i] * h >> bits) // (2 * (n + 1)))
-    return [sum(series) for series in (*q, *w)]
+    series = state[None]
+    for n in range(1, TAYLOR_ORDER + 1):
+        q, w, back = series[:, :4], series[:, 4:], series[::-1, 4:]
+        new_w = (np.roll(w, -1, axis=1) * np.roll(back, -2, axis=1)).sum(axis=0) >> BITS
+        vector = (q[:, :1] * back + np.cross(q[:, 1:], back)).sum(axis=0)
+        new_q = np.array([-(q[:, 1:] * back).sum(), *vector]) >> BITS
+        new = [*((new_q * h >> BITS) // (2 * n)), *(((new_w * k >> BITS) * h >> BITS) // n)]
+        series = np.vstack([series, np.array(new, dtype=object)])
+    return series.sum(axis=0)
 
 
 def closed_forms(case):
@@ -278,12 +245,9 @@ def closed_forms(case):
 
 def distance(rows, others):
     """Largest difference of any entry; of q and -q those that are nearer."""
-    worst = mp.mpf(0)
-    for row, other in zip(rows, others, strict=True):
-        sign = 1 if sum(x * y for x, y in zip(row[:4], other[:4], strict=True)) > 0 else -1
-        parts = [x - sign * y for x, y in zip(row[:4], other[:4], strict=True)]
-        worst = max(worst, *map(abs, parts), *(abs(x - y) for x, y in zip(row[4:], other[4:], strict=True)))
-    return worst
+    one, other = np.array(rows), np.array(others)
+    signs = np.sign((one[:, :4] * other[:, :4]).sum(axis=1).astype(float))[:, None]
+    return max(np.abs(one[:, :4] - signs * other[:, :4]).max(), np.abs(one[:, 4:] - other[:, 4:]).max())
 
 
 def times_of(case):
