@@ -226,12 +226,11 @@ def _taylor_step(state, k, h):
     """One step of the order TAYLOR_ORDER; coefficients are multiplied by powers of h."""
     series = state[None]
     for n in range(1, TAYLOR_ORDER + 1):
-        q, w, back = series[:, :4], series[:, 4:], series[::-1, 4:]
-        new_w = (np.roll(w, -1, axis=1) * np.roll(back, -2, axis=1)).sum(axis=0) >> BITS
-        vector = (q[:, :1] * back + np.cross(q[:, 1:], back)).sum(axis=0)
-        new_q = np.array([-(q[:, 1:] * back).sum(), *vector]) >> BITS
-        new = [*((new_q * h >> BITS) // (2 * n)), *(((new_w * k >> BITS) * h >> BITS) // n)]
-        series = np.vstack([series, np.array(new, dtype=object)])
+        p = series.T @ series[::-1, 4:] >> BITS  # coefficients of the products of q and w, in rows, with w
+        vector = [p[0, 0] + p[2, 2] - p[3, 1], p[0, 1] + p[3, 0] - p[1, 2], p[0, 2] + p[1, 1] - p[2, 0]]
+        new_q = np.array([-np.trace(p[1:4]), *vector], dtype=object)
+        new_w = k * np.array([p[5, 2], p[6, 0], p[4, 1]], dtype=object) >> BITS
+        series = np.vstack([series, [*((new_q * h >> BITS) // (2 * n)), *((new_w * h >> BITS) // n)]])
     return series.sum(axis=0)
 
 

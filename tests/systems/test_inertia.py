@@ -1,4 +1,3 @@
-import math
 import pickle
 
 import numpy as np
@@ -68,20 +67,6 @@ def test_moments_equal_but_for_rounding_are_made_equal_and_said():
     assert inertia.principal(np.diag([1.0, 1.0, 2.0])).moments == (1.0, 1.0, 2.0)  # a flat plate is a body
 
 
-@pytest.mark.parametrize(
-    ("tensor", "words"),
-    [
-        ([[1, 0.1, 0], [0, 1, 0], [0, 0, 1]], "is not symmetric: 0.1 against 0.0"),
-        ([[1, 2, 0], [2, 1, 0], [0, 0, 1]], "has the principal moments -1, 1, 3"),
-        ([[0, 0, 0], [0, 0, 0], [0, 0, 0]], "principal moments > 0"),
-        ([[1, 0, 0], [0, 1, 0], [0, 0, 3]], "principal moments of no rigid body: I3 = 3 > I1 + I2 = 2"),
-        ([[1, 0, 0], [0, math.nan, 0], [0, 0, 3]], "is not a tensor"),
-    ],
-)
-def test_a_tensor_of_no_body_is_refused(tensor, words):
-    assert words in refusal(lambda: inertia.principal(tensor))
-
-
 SIZES = [(suffix, size) for suffix in ("stl", "obj", "ply", "off") for size in (1e-9, 1.0, 1e12)]
 
 
@@ -122,11 +107,7 @@ def test_density_unit_and_place_count_as_they_should(tmp_path):
         ("empty.obj", b"", "holds no body"),
         ("words.obj", b"v 1 2\nf 1 2 3 4 5\n", "mesh"),
         ("nan.off", b"OFF\n4 4 0\nnan 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n", "holds no body"),
-        (
-            "brick.step",
-            b"ISO-10303-21;",
-            ".step; allowed: .stl, .obj, .ply, .off, .glb, .dae, .tab, .txt (export the",
-        ),
+        ("brick.step", b"ISO-10303-21;", ".step; allowed: .stl, .obj, .ply, .off, .glb, .dae, .tab, .txt (export the"),
     ],
 )
 def test_a_file_that_is_no_mesh_is_refused_in_words(tmp_path, name, content, words):
@@ -208,7 +189,11 @@ def test_moments_of_a_tensor_land_ascending_in_the_map(tmp_path):
     [
         ("tensor: [[1, 0, 0], [0, 1, 0]]", "bodies[0].tensor: [[1, 0, 0], [0, 1, 0]] is not a tensor of inertia"),
         ("tensor: [[1, 0, 0], [0, yes, 0], [0, 0, 1]]", "is text, not a number"),
-        ("tensor: [[1, 0, 0], [0, 1, 0], [0, 0, 3]]", "bodies[0].tensor: [[1.0, 0.0, 0.0]"),
+        ("tensor: [[1, 0, 0], [0, .nan, 0], [0, 0, 3]]", "is not finite as a double"),
+        ("tensor: [[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]", "is not symmetric: 0.1 against 0.0"),
+        ("tensor: [[1, 2, 0], [2, 1, 0], [0, 0, 1]]", "has the principal moments -1, 1, 3"),
+        ("tensor: [[0, 0, 0], [0, 0, 0], [0, 0, 0]]", "principal moments > 0"),
+        ("tensor: [[1, 0, 0], [0, 1, 0], [0, 0, 3]]", "principal moments of no rigid body: I3 = 3 > I1 + I2 = 2"),
         ("tensor: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], I1: 2.0", "bodies[0].I1: 2.0 is given beside tensor"),
         ("ratios: {I1: 1, I2: 1, I3: 1}, mesh: {file: a.stl, mass: 1}", "is given beside ratios"),
         ("mesh: {file: none.stl, mass: 1.0}", "bodies[0].mesh.file: 'none.stl' is not there"),

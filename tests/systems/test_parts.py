@@ -79,18 +79,12 @@ def test_boxes_and_a_mesh_are_those_of_trimesh(tmp_path):
     cylinder = trimesh.creation.cylinder(0.3, 1.0, sections=64)
     cylinder.export(tmp_path / "cylinder.obj", digits=17)
     mesh = {"name": "mesh", "mesh": {"file": str(tmp_path / "cylinder.obj")}, "density": 2000, "at": [0, 8, 0]}
-    meshes.append(cylinder.copy().apply_translation([0, 8, 0]))
-    whole = trimesh.util.concatenate(meshes)
+    whole = trimesh.util.concatenate([*meshes, cylinder.apply_translation([0, 8, 0])])
     whole.density = 2000.0
     (body,) = body_files.find_bodies({"parts": [*entries, mesh]})
     # trimesh integrates about the origin, up to 15 m away: some digits are lost to cancellation
     np.testing.assert_allclose(body.entry["tensor"], whole.moment_inertia, rtol=0, atol=1e-12 * 1e6)
     np.testing.assert_allclose(body.facts["centre"], whole.center_mass, atol=1e-12)
-    (exact,) = body_files.find_bodies({"parts": [{"name": "c", "cylinder": [0.3, 1.0], "density": 2000}]})
-    (other,) = body_files.find_bodies({"parts": [{**mesh, "at": [0, 0, 0]}]})
-    # a polygon of 64 corners has the area of its circle but for (2π/64)²/6, and its square for the mean square
-    assert other.facts["mass"] == pytest.approx(exact.facts["mass"], rel=2e-3)
-    np.testing.assert_allclose(np.diag(other.entry["tensor"]), np.diag(exact.entry["tensor"]), rtol=4e-3)
 
 
 def test_moments_of_a_mesh_in_single_precision_are_equal_in_every_draw(tmp_path):
@@ -230,8 +224,7 @@ def test_masses_never_become_negative_and_every_draw_is_a_body():
     moments = np.linalg.eigvalsh(tensors)
     assert (2 * moments[:, 2] <= moments.sum(axis=1) * (1 + 1e-12)).all()
     assert (moments > 0).all()
-    mean = np.mean([each[0, 0] for each in tensors]) / (2 * (0.2**2 + 0.3**2) / 12)
-    assert mean > 1.0  # displacements across add to the moment
+    assert tensors[:, 0, 0].mean() > 2 * (0.2**2 + 0.3**2) / 12  # displacements across add to the moment
 
 
 def test_without_tolerances_there_is_no_probability():

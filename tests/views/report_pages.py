@@ -99,7 +99,7 @@ PATIENCE = 60  # s, the longest wait for an expected state on a busy machine
 
 
 class ReportTab:
-    """A report in a browser, with the messages of its console and its requests."""
+    """A report in a browser: Playwright's page, with the messages of its console and its requests."""
 
     def __init__(self, browser, path: Path, link="", **context):
         self.messages, self.requests = [], []
@@ -114,6 +114,9 @@ class ReportTab:
         self.context.route(re.compile("^(?!file:)"), lambda route: route.abort())
         self.page.goto(path.as_uri() + link)
         self.page.wait_for_selector("html[data-ready]", state="attached")
+
+    def __getattr__(self, name):
+        return getattr(self.page, name)
 
     def until(self, expression, argument=None):
         """Waits for a condition; Playwright's own wait evaluates text in the page, which its policy forbids."""
@@ -182,7 +185,7 @@ OPEN_ALL = "document.querySelectorAll('details').forEach((details) => (details.o
 
 def position_on_map(tab, x, y, plot="map"):
     """Return the position of a point of a picture on the screen."""
-    return tab.page.evaluate(
+    return tab.evaluate(
         """([x, y, id]) => {
             const plot = document.getElementById(id), { xaxis, yaxis } = plot._fullLayout;
             const box = plot.getBoundingClientRect();

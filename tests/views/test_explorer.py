@@ -56,13 +56,13 @@ SHOWN = """[polhode.state.place,
 
 def test_hover_shows_a_small_box_alone_and_a_click_the_row_of_the_file(tab, plane):
     for cell in ((1, 1), (7, 3), (4, 6)):
-        before = tab.page.evaluate(SHOWN)
-        tab.page.mouse.move(*tab.center(*cell))
-        lines = tab.page.locator("#tip div").all_inner_texts()
+        before = tab.evaluate(SHOWN)
+        tab.mouse.move(*tab.center(*cell))
+        lines = tab.locator("#tip div").all_inner_texts()
         assert 2 <= len(lines) <= 4
         assert parsed(lines[0].split(" = ")[1]) == pytest.approx(plane.I1.values[cell[0]], rel=1e-5)
-        assert tab.page.evaluate(SHOWN) == before
-        tab.page.mouse.click(*tab.center(*cell))
+        assert tab.evaluate(SHOWN) == before
+        tab.mouse.click(*tab.center(*cell))
         assert float(tab.row("I1")[0]) == plane.I1.values[cell[0]]
         assert float(tab.row("I2")[0]) == plane.I2.values[cell[1]]
         assert_row_is_the_maps(tab, plane)
@@ -70,7 +70,7 @@ def test_hover_shows_a_small_box_alone_and_a_click_the_row_of_the_file(tab, plan
 
 def cell_colors(tab):
     """The colours of the middles of all cells, row by row upwards, as "#rrggbb"."""
-    return tab.page.evaluate(
+    return tab.evaluate(
         """() => {
             const canvas = document.getElementById("cells");
             const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
@@ -87,14 +87,13 @@ def cell_colors(tab):
 
 def test_the_tool_bar_saves_the_picture_that_the_page_shows(tab, tmp_path):
     """Cells, names of regions, and axes about them, without ring and tools."""
-    page = tab.page
-    page.locator("#map").hover()
-    with page.expect_download() as download:
-        page.locator('#map [data-title="Download plot as a PNG"]').click()
+    tab.locator("#map").hover()
+    with tab.expect_download() as download:
+        tab.locator('#map [data-title="Download plot as a PNG"]').click()
     assert download.value.suggested_filename == "map.png"
     download.value.save_as(tmp_path / "saved.png")
-    page.mouse.move(0, 0)
-    page.locator(".map-box").screenshot(path=tmp_path / "shown.png", style="#ring, .modebar { display: none }")
+    tab.mouse.move(0, 0)
+    tab.locator(".map-box").screenshot(path=tmp_path / "shown.png", style="#ring, .modebar { display: none }")
     saved, shown = (Image.open(tmp_path / name).convert("RGBA") for name in ("saved.png", "shown.png"))
     paper = Image.new("RGBA", saved.size, shown.getpixel((2, 2)))
     pictures = Image.alpha_composite(paper, saved), shown.crop((0, 0, *saved.size))
@@ -104,77 +103,73 @@ def test_the_tool_bar_saves_the_picture_that_the_page_shows(tab, tmp_path):
 
 
 def test_axis_slider_plane_and_color_change_the_map(tab, plane):
-    page = tab.page
     first = cell_colors(tab)
-    page.get_by_label("1", exact=True).check()
+    tab.get_by_label("1", exact=True).check()
     second = cell_colors(tab)
     assert second != first
-    slider = page.get_by_label("principal moment of inertia about axis 3", exact=True)
+    slider = tab.get_by_label("principal moment of inertia about axis 3", exact=True)
     slider.focus()
-    page.keyboard.press("End")
+    tab.keyboard.press("End")
     assert float(tab.row("I3")[0]) == 1.2
     assert cell_colors(tab) != second
-    page.get_by_label("colour by").select_option("regime")
+    tab.get_by_label("colour by").select_option("regime")
     regime = plane.regime.sel(axis=1, I3=1.2, omega0=float(tab.row("omega0")[0])).squeeze()
     appearance = systems.presentation_of(plane).appearance
     words = dict(zip(plane.regime.flag_values, plane.regime.flag_meanings.split(), strict=True))
     assert cell_colors(tab) == [
         in_light(appearance.color(words[v])) for v in regime.transpose("I2", "I1").values.reshape(-1)
     ]
-    page.get_by_label("x axis").select_option("omega0")
-    assert page.evaluate("document.getElementById('map').layout.xaxis.title.text").startswith("ω₀")
-    assert page.evaluate("polhode.map.plane.x") == [2.0, 10.0]
+    tab.get_by_label("x axis").select_option("omega0")
+    assert tab.evaluate("document.getElementById('map').layout.xaxis.title.text").startswith("ω₀")
+    assert tab.evaluate("polhode.map.plane.x") == [2.0, 10.0]
 
 
 def test_boundaries_and_hatching_are_those_of_theory(tab, plane):
-    page = tab.page
-    page.get_by_label("3", exact=True).check()
-    names = page.evaluate("document.getElementById('map').data.map((trace) => trace.name)")
+    tab.get_by_label("3", exact=True).check()
+    names = tab.evaluate("document.getElementById('map').data.map((trace) => trace.name)")
     assert {"I₁ = I₃", "I₂ = I₃"} <= set(names)
     assert "I₁ = I₂" not in names
-    level = page.evaluate("document.getElementById('map').data.find((trace) => trace.name === 'I₂ = I₃').y")
+    level = tab.evaluate("document.getElementById('map').data.find((trace) => trace.name === 'I₂ = I₃').y")
     assert level == [float(tab.row("I3")[0])] * 2
     margin = plane.triangle_margin.sel(axis=3, I3=float(tab.row("I3")[0]), omega0=10.0).squeeze()
     possible = (margin.transpose("I2", "I1").values >= 0).reshape(-1)
-    assert page.evaluate("Array.from(polhode.map.plane.exists)") == possible.astype(int).tolist()
+    assert tab.evaluate("Array.from(polhode.map.plane.exists)") == possible.astype(int).tolist()
 
 
 def test_keys_move_the_choice(tab, plane):
-    page = tab.page
-    page.mouse.click(*tab.center(4, 4))
-    page.locator("#map").focus()
+    tab.mouse.click(*tab.center(4, 4))
+    tab.locator("#map").focus()
     for key in ("ArrowRight", "ArrowUp", "ArrowUp", "ArrowLeft", "ArrowLeft"):
-        page.keyboard.press(key)
+        tab.keyboard.press(key)
     assert float(tab.row("I1")[0]) == plane.I1.values[3]
     assert float(tab.row("I2")[0]) == plane.I2.values[6]
-    page.locator("#body-canvas").focus()
-    before = page.evaluate("document.getElementById('body-canvas').toDataURL()")
-    page.keyboard.press("ArrowLeft")
-    assert page.evaluate("document.getElementById('body-canvas').toDataURL()") != before
+    tab.locator("#body-canvas").focus()
+    before = tab.evaluate("document.getElementById('body-canvas').toDataURL()")
+    tab.keyboard.press("ArrowLeft")
+    assert tab.evaluate("document.getElementById('body-canvas').toDataURL()") != before
 
 
 @pytest.mark.slow
 def test_the_link_restores_the_state(tab, visit, plane_path):
-    page = tab.page
-    page.get_by_label("1", exact=True).check()
-    page.get_by_label("colour by").select_option("frequency")
-    page.get_by_label("perturbation shown").fill("-2")
-    page.mouse.click(*tab.center(2, 5))
+    tab.get_by_label("1", exact=True).check()
+    tab.get_by_label("colour by").select_option("frequency")
+    tab.get_by_label("perturbation shown").fill("-2")
+    tab.mouse.click(*tab.center(2, 5))
     tab.until("location.hash.includes('frequency') && location.hash === polhode.link()")
-    values = dict(urllib.parse.parse_qsl(page.evaluate("location.hash")[1:]))
+    values = dict(urllib.parse.parse_qsl(tab.evaluate("location.hash")[1:]))
     assert (values["axis"], float(values["I1"])) == ("1", float(tab.row("I1")[0]))
     assert all(len(values[name]) <= 14 for name in ("I1", "I2", "I3", "omega0", "epsilon"))
-    other = visit(plane_path, page.evaluate("location.hash"))
-    assert other.page.locator("#link-notice").is_hidden()
+    other = visit(plane_path, tab.evaluate("location.hash"))
+    assert other.locator("#link-notice").is_hidden()
     for name in ("axis", "I1", "I2", "I3", "omega0", "epsilon", "omega_squared"):
         assert other.row(name) == tab.row(name)
-    assert other.page.get_by_label("colour by").input_value() == "frequency"
+    assert other.get_by_label("colour by").input_value() == "frequency"
     flip = "document.getElementById('flip-period').value"
-    assert other.page.evaluate(flip) == page.evaluate(flip)
+    assert other.evaluate(flip) == tab.evaluate(flip)
     other.follow("#axis=3&I1=1e9&_color=nonsense&_x=__proto__&constructor=7&I3=1.0000000000000002")
     assert other.row("axis")[0] == "3"
     assert float(other.row("I1")[0]) == 1.7
-    notice = other.page.locator("#link-notice").inner_text()
+    notice = other.locator("#link-notice").inner_text()
     assert "no I₁ = 1e9: the nearest, 1.7" in notice
     assert "constructor = 7 is not in this map" in notice
     assert "I₃" not in notice
@@ -182,25 +177,24 @@ def test_the_link_restores_the_state(tab, visit, plane_path):
 
 def test_no_button_of_the_page_leads_to_the_network(tab):
     """Whatever the toolbars offer is pressed; the fixture checks that there is no request."""
-    page = tab.page
     windows = []
-    page.context.on("page", lambda window: windows.append(window))
-    buttons = page.locator(".modebar-btn")
+    tab.context.on("page", lambda window: windows.append(window))
+    buttons = tab.locator(".modebar-btn")
     names = [button.get_attribute("data-title") or "" for button in buttons.all()]
     assert len(names) >= 3
     assert not [name for name in names if re.search("cloud|studio|share|plotly", name, re.IGNORECASE)]
-    page.locator("#map").hover()
+    tab.locator("#map").hover()
     for button in buttons.all():
         if button.is_visible():
             button.click()
-    page.wait_for_timeout(300)
+    tab.wait_for_timeout(300)
     assert windows == []
-    assert page.locator("a[href], form, iframe, link[href], [src]").count() == 0
+    assert tab.locator("a[href], form, iframe, link[href], [src]").count() == 0
 
 
 @pytest.mark.slow
 def test_the_policy_stops_what_would_ask_the_network(tab):
-    assert tab.page.evaluate("fetch('https://example.org/').then(() => 'asked', () => 'refused')") == "refused"
+    assert tab.evaluate("fetch('https://example.org/').then(() => 'asked', () => 'refused')") == "refused"
     assert any("Content Security Policy" in text for text in tab.messages)
     tab.messages.clear()
 
@@ -208,17 +202,17 @@ def test_the_policy_stops_what_would_ask_the_network(tab):
 @pytest.mark.slow
 def test_a_telephone_is_tapped_needs_no_sideways_scroll_and_keeps_the_theme_chosen(visit, plane, plane_path):
     size = {"width": 400, "height": 800}
-    telephone = visit(plane_path, has_touch=True, viewport=size, color_scheme="light")
-    page, theme = telephone.page, "document.documentElement.dataset.theme"
+    page = visit(plane_path, has_touch=True, viewport=size, color_scheme="light")
+    theme = "document.documentElement.dataset.theme"
     for cell in ((1, 3), (7, 4), (6, 1), (2, 6)):
         page.locator("#map").scroll_into_view_if_needed()
-        page.touchscreen.tap(*telephone.center(*cell))
+        page.touchscreen.tap(*page.center(*cell))
         page.wait_for_timeout(400)  # longer than a browser takes to make a click of a tap
         assert page.evaluate("polhode.state.place")[1:3] == [*cell]
-        assert float(telephone.row("I1")[0]) == plane.I1.values[cell[0]]
+        assert float(page.row("I1")[0]) == plane.I1.values[cell[0]]
     for scheme in ("dark", "light"):  # first the mode with which it does not start
         page.emulate_media(color_scheme=scheme)
-        telephone.until(f"{theme} === '{scheme}'")
+        page.until(f"{theme} === '{scheme}'")
         assert page.evaluate("document.documentElement.scrollWidth") <= 400
     page.get_by_role("button", name="change between light and dark").click()
     assert page.evaluate(theme) == "dark"
@@ -229,59 +223,55 @@ def test_a_telephone_is_tapped_needs_no_sideways_scroll_and_keeps_the_theme_chos
 
 @pytest.mark.slow
 def test_a_drag_zooms_and_chooses_nothing(tab):
-    page = tab.page
-    before = page.evaluate("polhode.state.place")
-    page.mouse.move(*tab.center(1, 1))
-    page.mouse.down()
-    page.mouse.move(*tab.center(6, 5), steps=5)
-    page.mouse.up()
+    before = tab.evaluate("polhode.state.place")
+    tab.mouse.move(*tab.center(1, 1))
+    tab.mouse.down()
+    tab.mouse.move(*tab.center(6, 5), steps=5)
+    tab.mouse.up()
     tab.until("document.getElementById('map')._fullLayout.xaxis.range[0] > 0.5")  # zoomed a bit later
-    assert page.evaluate("polhode.state.place") == before
+    assert tab.evaluate("polhode.state.place") == before
 
 
 def test_enter_and_space_need_no_mouse(tab):
-    page = tab.page
-    page.locator("#map").focus()
-    page.keyboard.press("Enter")
-    assert page.evaluate("document.activeElement.id") == "play"
+    tab.locator("#map").focus()
+    tab.keyboard.press("Enter")
+    assert tab.evaluate("document.activeElement.id") == "play"
     for name in ("map", "body-canvas", "polhode-canvas"):
-        page.locator(f"#{name}").focus()
-        page.keyboard.press("Space")
-        assert page.evaluate("polhode.motion.player.playing")
-        page.keyboard.press("Space")
-        assert not page.evaluate("polhode.motion.player.playing")
+        tab.locator(f"#{name}").focus()
+        tab.keyboard.press("Space")
+        assert tab.evaluate("polhode.motion.player.playing")
+        tab.keyboard.press("Space")
+        assert not tab.evaluate("polhode.motion.player.playing")
 
 
 def test_the_picture_has_a_table_and_words(tab, plane):
-    page = tab.page
-    page.get_by_label("colour by").select_option("omega_squared")
-    page.locator("#map-table summary").click()
-    cells = page.locator("#map-table tbody td")
+    tab.get_by_label("colour by").select_option("omega_squared")
+    tab.locator("#map-table summary").click()
+    cells = tab.locator("#map-table tbody td")
     tab.until("document.querySelectorAll('#map-table tbody td').length === 72")
     first = plane.omega_squared.sel({n: float(tab.row(n)[0]) for n in ("axis", "I3", "omega0")}).squeeze()
     true = float(first.sel(I1=plane.I1[0], I2=plane.I2[-1]))
     assert parsed(cells.first.inner_text()) == pytest.approx(true, rel=6e-3)  # three digits
-    assert "Ω² (negative: unstable), measured" in page.locator("#map-summary").inner_text()
-    assert page.locator("canvas:not([aria-label], [aria-hidden])").count() == 0
+    assert "Ω² (negative: unstable), measured" in tab.locator("#map-summary").inner_text()
+    assert tab.locator("canvas:not([aria-label], [aria-hidden])").count() == 0
 
 
 @pytest.mark.slow
 def test_bodies_have_a_table_and_nudges_a_plot(visit_map, breakdown_map):
     tab = visit_map(breakdown_map)
-    page = tab.page
-    page.get_by_label("colour by").select_option("omega_squared")
-    buttons = page.locator("#map table.bodies button")
+    tab.get_by_label("colour by").select_option("omega_squared")
+    buttons = tab.locator("#map table.bodies button")
     assert buttons.count() == breakdown_map.sizes["body"] * 3
     where = breakdown_map.body.values.tolist().index("Earth") * 3 + 2
     buttons.nth(where).click()
-    page.evaluate("polhode.choose({ epsilon: null })")
+    tab.evaluate("polhode.choose({ epsilon: null })")
     assert tab.row("body")[0] == "Earth"
     assert tab.row("axis")[0] == "3"
     earth = breakdown_map.sel(body="Earth", axis=3, epsilon=float(tab.row("epsilon")[0])).squeeze()
     assert parsed(tab.row("omega_squared")[1]) == pytest.approx(float(earth.omega_squared), rel=1e-5)
     true = exact.flip_period(exact.set_up(*moments_of(breakdown_map, earth), *start_of(earth)))
-    assert float(page.locator("#flip-period").get_attribute("value")) == pytest.approx(true, rel=1e-12)
-    curve = page.evaluate("[...document.getElementById('limit-plot').data.find((t) => t.name === 'axis 3').y]")
+    assert float(tab.locator("#flip-period").get_attribute("value")) == pytest.approx(true, rel=1e-12)
+    curve = tab.evaluate("[...document.getElementById('limit-plot').data.find((t) => t.name === 'axis 3').y]")
     every = breakdown_map.sel(body="Earth", axis=3).squeeze().sortby("epsilon")
     expected = np.abs(np.sqrt(every.omega_squared / every.omega_squared_theory).values - 1)
     values = np.array([np.nan if v is None else v for v in curve])
@@ -293,18 +283,17 @@ def test_bodies_have_a_table_and_nudges_a_plot(visit_map, breakdown_map):
 def test_hostile_texts_do_not_run_and_lead_nowhere(kind, visit_map):
     link = f"#body={urllib.parse.quote(HOSTILE)}&_color={urllib.parse.quote(HOSTILE)}"
     tab = visit_map(hostile(map_of(kind)), link)
-    page = tab.page
-    page.evaluate(OPEN_ALL)
-    plots = page.locator(".js-plotly-plot:visible").all()
+    tab.evaluate(OPEN_ALL)
+    plots = tab.locator(".js-plotly-plot:visible").all()
     assert plots or kind == "bodies"
-    for place in (*plots, page.locator("#map")):
+    for place in (*plots, tab.locator("#map")):
         place.hover()
-        page.wait_for_timeout(200)
-        assert page.locator("svg a, a[href], img, iframe, form").count() == 0
-    assert page.evaluate("globalThis.hostile") is None
-    assert page.locator("h1").inner_text() == HOSTILE
+        tab.wait_for_timeout(200)
+        assert tab.locator("svg a, a[href], img, iframe, form").count() == 0
+    assert tab.evaluate("globalThis.hostile") is None
+    assert tab.locator("h1").inner_text() == HOSTILE
     if kind == "plane":  # unchanged
-        assert HOSTILE in page.locator("#map .xtitle").text_content()
+        assert HOSTILE in tab.locator("#map .xtitle").text_content()
     assert len(tab.requests) == 1
 
 
@@ -312,49 +301,49 @@ def test_hostile_texts_do_not_run_and_lead_nowhere(kind, visit_map):
 def test_eigenvalues_stand_in_the_plane_as_in_the_map(visit_map):
     ds = map_of("equilibria")
     tab = visit_map(ds, "#moment_of_weight=4&spin_rate=1&equilibrium=sleeping")
-    rings, dots = tab.page.evaluate(
+    rings, dots = tab.evaluate(
         "document.getElementById('spectrum-plot').data.map(({ x, y, error_x }) => [x, y, error_x && error_x.array])"
     )
     point = ds.sel(moment_of_weight=4, spin_rate=1, equilibrium="sleeping").squeeze()
     np.testing.assert_array_equal(dots[:2], [point.eigenvalue_real, point.eigenvalue_imag])
     np.testing.assert_array_equal(rings[:2], [point.eigenvalue_real_theory, point.eigenvalue_imag_theory])
     assert dots[2] == pytest.approx(point.eigenvalue_real_error.values, rel=1e-6)  # seven digits of errors
-    sentence = tab.page.locator("#say").inner_text()
+    sentence = tab.locator("#say").inner_text()
     assert parsed(sentence.split("by a factor e in ")[1]) == pytest.approx(1 / float(point.growth_rate.max()), rel=1e-3)
-    tab.page.locator("#spectrum-table summary").click()
+    tab.locator("#spectrum-table summary").click()
     tab.until("document.querySelectorAll('#spectrum-table tbody tr').length === 4")  # an event fills it
 
 
 @pytest.mark.slow
 def test_draws_lie_on_the_triangle_and_are_chosen_by_link_click_and_key(visit_map, uncertain):
     tab = visit_map(uncertain, "#body=a_box&axis=2&_draw=7")
-    page, spin_map = tab.page, uncertain.sel(axis=2).squeeze()
-    x, y, ring = page.evaluate(
+    spin_map = uncertain.sel(axis=2).squeeze()
+    x, y, ring = tab.evaluate(
         "(([dots, ...more]) => [dots.x, dots.y, more.at(-1).x])(document.getElementById('drawn-plot').data)"
     )
     np.testing.assert_allclose(
         [x, y], [spin_map.I1_draw / spin_map.I3_draw, spin_map.I2_draw / spin_map.I3_draw], rtol=2e-7
     )  # of float32
     assert ring == [x[7]]
-    assert "Draw 7:" in page.locator("#drawn-chosen").inner_text()
-    assert "a_box is unstable" in page.locator("#say").inner_text()
-    page.locator("#drawn-plot").focus()
-    page.keyboard.press("ArrowRight")
+    assert "Draw 7:" in tab.locator("#drawn-chosen").inner_text()
+    assert "a_box is unstable" in tab.locator("#say").inner_text()
+    tab.locator("#drawn-plot").focus()
+    tab.keyboard.press("ArrowRight")
     tab.until("location.hash.includes('_draw=8')")
-    page.locator("#drawn-plot .drag").first.scroll_into_view_if_needed()
+    tab.locator("#drawn-plot .drag").first.scroll_into_view_if_needed()
     lone = int(np.argmax(np.array(y) - np.array(x)))  # the outermost: no point covers it
     at = position_on_map(tab, x[lone], y[lone], "drawn-plot")
-    page.mouse.move(*at)
-    page.mouse.click(*at)
+    tab.mouse.move(*at)
+    tab.mouse.click(*at)
     tab.until("(draw) => polhode.state.draw === draw", lone)
-    counts = page.evaluate("document.getElementById('drawn-histogram').data[0].y.reduce((a, b) => a + b)")
+    counts = tab.evaluate("document.getElementById('drawn-histogram').data[0].y.reduce((a, b) => a + b)")
     assert counts == int(np.isfinite(spin_map.growth_rate_draw).sum())
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["plane", "oscillators"])
 def test_a_page_prints_on_one_sheet(visit_map, kind):
-    page = visit_map(map_of(kind), viewport={"width": 1280, "height": 800}).page
+    page = visit_map(map_of(kind), viewport={"width": 1280, "height": 800})
     pdf = page.pdf(prefer_css_page_size=True, print_background=True)
     assert re.findall(rb"/Count (\d+)", pdf) == [b"1"]
 
@@ -371,7 +360,7 @@ def assert_axe_finds_nothing(page, **options):
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "curve"])
 def test_axe_finds_nothing(kind, visit_map):
     """By all its rules in light, and the contrast in dark again."""
-    page = visit_map(map_of(kind), color_scheme="light").page
+    page = visit_map(map_of(kind), color_scheme="light")
     assert_axe_finds_nothing(page)
     page.emulate_media(color_scheme="dark")
     page.wait_for_timeout(100)
@@ -384,20 +373,19 @@ SHAPE = ("I1_over_I3", "thickness")
 @pytest.mark.slow
 def test_shapes_are_drawn_on_their_triangle(visit, shapes, shapes_path):
     tab = visit(shapes_path, "#axis=1&I1=1.6&I2=1.04&I3=2")  # x = 0.8, y = 0.52: room 0.4
-    page = tab.page
-    assert "no I₁" not in page.locator("#link-notice").inner_text()
+    assert "no I₁" not in tab.locator("#link-notice").inner_text()
     values = [float(tab.row(name)[0]) for name in ("axis", "I1_over_I3", "thickness", "I1", "I2", "I3")]
     assert values == pytest.approx([1, 0.8, 0.4, 1.6, 1.04, 2.0], rel=1e-15)
-    assert page.evaluate("document.getElementById('map')._fullLayout.yaxis.title.text") == "I₂/I₃"
+    assert tab.evaluate("document.getElementById('map')._fullLayout.yaxis.title.text") == "I₂/I₃"
     markers = "document.getElementById('map').data.find(({ mode }) => mode === 'markers')"
-    names, *places = page.evaluate(f"(({{ x, y, text }}) => [text, x, y])({markers})")
+    names, *places = tab.evaluate(f"(({{ x, y, text }}) => [text, x, y])({markers})")
     assert names == [body["name"] for body in PRESETS]
     moments = np.array([body["moments"] for body in PRESETS])
     assert np.transpose(places) == pytest.approx(moments[:, :2] / moments[:, 2:], rel=1e-12)  # roundings of quotients
     rate = shapes.omega_squared.isel(axis=0, I3=1).squeeze()
     signed_rate = (np.sign(rate) * np.sqrt(np.abs(rate))).values
     for across, up in np.random.default_rng(5).random((60, 2)).tolist():
-        cell = page.evaluate(
+        cell = tab.evaluate(
             "([x, y]) => (({ exists, value, place }) => ({ exists, value, place }))(polhode.locate(x, y))", [across, up]
         )
         thickness = 1 - (1 - up) / across
@@ -407,16 +395,16 @@ def test_shapes_are_drawn_on_their_triangle(visit, shapes, shapes_path):
         i, j = (int(np.abs(shapes[name] - at).argmin()) for name, at in zip(SHAPE, (across, thickness), strict=True))
         assert cell["place"][1:3] == [i, j]
         assert cell["value"] == pytest.approx(signed_rate[i, j], rel=1e-12)
-    before = page.evaluate(SHOWN)
-    page.mouse.click(*position_on_map(tab, 0.23, 0.17))
-    assert page.locator("#tip").inner_text() == "No rigid body has these moments."
-    assert page.evaluate(SHOWN) == before
-    page.mouse.click(*position_on_map(tab, 0.5, 0.95))  # thickness 0.9
+    before = tab.evaluate(SHOWN)
+    tab.mouse.click(*position_on_map(tab, 0.23, 0.17))
+    assert tab.locator("#tip").inner_text() == "No rigid body has these moments."
+    assert tab.evaluate(SHOWN) == before
+    tab.mouse.click(*position_on_map(tab, 0.5, 0.95))  # thickness 0.9
     tab.until("polhode.state.place[1] === 4 && polhode.state.place[2] === 8")
-    page.locator("#map-table summary").click()
+    tab.locator("#map-table summary").click()
     tab.until("document.querySelectorAll('#map-table tbody td').length === 81")
-    assert "81 points" in page.locator("#map-summary").inner_text()
-    assert "physically impossible" not in page.locator("#map-summary").inner_text()
+    assert "81 points" in tab.locator("#map-summary").inner_text()
+    assert "physically impossible" not in tab.locator("#map-summary").inner_text()
 
 
 @pytest.mark.slow
@@ -424,25 +412,24 @@ def test_shapes_are_drawn_on_their_triangle(visit, shapes, shapes_path):
 def test_the_body_is_dragged_between_the_points_and_back_goes_back(grip, visit, shapes_path):
     """Moments, drawn edges and headline follow the pointer, on whichever possible body the drag begins."""
     tab = visit(shapes_path, "#axis=1&I1_over_I3=0.5&thickness=0.5&I3=1")
-    page = tab.page
     x, y = position_on_map(tab, *grip)
-    page.wait_for_timeout(200)
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(*position_on_map(tab, 0.62, 0.83))  # at once: a pause of the hand is a step of Back
-    page.wait_for_timeout(100)
-    page.mouse.up()
-    moments = page.evaluate("polhode.state.moments")
+    tab.wait_for_timeout(200)
+    tab.mouse.move(x, y)
+    tab.mouse.down()
+    tab.mouse.move(*position_on_map(tab, 0.62, 0.83))  # at once: a pause of the hand is a step of Back
+    tab.wait_for_timeout(100)
+    tab.mouse.up()
+    moments = tab.evaluate("polhode.state.moments")
     assert moments == pytest.approx([0.62, 0.83, 1.0], abs=0.005)  # of pixels
     squares = np.sum(moments) / 2 - np.array(moments)  # mean squares of a box are those of its edges over 12
-    corners = page.evaluate("polhode.motion.faces.flatMap(({ corners }) => corners)")
+    corners = tab.evaluate("polhode.motion.faces.flatMap(({ corners }) => corners)")
     edges = np.ptp(corners, axis=0) ** 2
     assert edges / edges.max() == pytest.approx(squares / squares.max(), rel=1e-9)  # roundings
     transverse = 0.1 * math.cos(0.6), 0.1 * math.sin(0.6)  # rad/s: omega0 and phase of the map, epsilon of a throw
     period = exact.flip_period(exact.set_up(*moments, 1.0, *transverse))
-    assert page.evaluate("polhode.motion.trajectory.flipPeriod") == pytest.approx(period, rel=1e-9)
+    assert tab.evaluate("polhode.motion.trajectory.flipPeriod") == pytest.approx(period, rel=1e-9)
     tab.until("location.hash.includes('_moments')")
-    page.go_back()
+    tab.go_back()
     tab.until("polhode.state.moments === null")
     assert tab.row("I1")[0] == "0.5"
 
@@ -456,7 +443,7 @@ SMALL = """() => [...document.querySelectorAll("body *")].filter((one) => one.ch
 @pytest.mark.slow
 def test_a_lecture_of_six_steps_fits_the_screen_in_large_letters(visit, shapes_path):
     width, height = 1280, 720
-    page = visit(shapes_path, viewport={"width": width, "height": height}).page
+    page = visit(shapes_path, viewport={"width": width, "height": height})
     chosen = "document.querySelector('[data-side=y] select').selectedOptions[0].textContent"
     assert page.evaluate(chosen) == page.locator("#map .ytitle").text_content()
     page.keyboard.press("l")
@@ -533,7 +520,7 @@ def overlaps(labels):
 @pytest.mark.parametrize("size", SIZES)
 def test_no_name_lies_on_another_over_a_whole_motion(size, visit, shapes_path):
     """L, ω and the axes in each picture, over two flips, in lecture mode as well; names of bodies and regions."""
-    page = visit(shapes_path, viewport=dict(zip(("width", "height"), size, strict=True))).page
+    page = visit(shapes_path, viewport=dict(zip(("width", "height"), size, strict=True)))
     page.set_default_timeout(120_000)
     for is_lecture in (False, True):
         if is_lecture:
@@ -573,7 +560,7 @@ BLOCKS = """() => {
 @pytest.mark.parametrize(("size", "values"), [*zip(SIZES, [MOMENTS, BOX, MOMENTS], strict=True)], ids=str)
 def test_a_typed_body_goes_through_the_lecture_and_stays(size, values, visit, plane_path):
     """Three moments, kg m2, or the edges, cm, and the mass, kg, of a box; axis 1 is the intermediate one of both."""
-    page = visit(plane_path, viewport=dict(zip(("width", "height"), size, strict=True))).page
+    page = visit(plane_path, viewport=dict(zip(("width", "height"), size, strict=True)))
     fields = ("I1", "I2", "I3", "mass")[: len(values)]
     page.select_option("#own-by", "box" if "mass" in fields else "moments")
     for name, value in zip(fields, values, strict=True):
@@ -603,7 +590,7 @@ def test_a_typed_body_goes_through_the_lecture_and_stays(size, values, visit, pl
 @pytest.mark.slow
 def test_explorer_goes_into_a_flat_spin_over_days(visit, plane_path):
     """The tilt is that of the double bracket with two equal moments: a published digit, DOP853, and |L| that stays."""
-    page = visit(plane_path).page
+    page = visit(plane_path)
     tilt = "([time, moments, omega0, loss, tilt]) => polhode.tiltAfter(time, moments, omega0, loss, tilt)"
     assert page.evaluate(tilt, [200, [1, 2], 2, 0.02, 0.01]) == pytest.approx(0.499766776686, abs=1e-12)
     moments = PRESETS[-1]["moments"]
@@ -628,13 +615,13 @@ def test_explorer_goes_into_a_flat_spin_over_days(visit, plane_path):
 
 @pytest.mark.slow
 def test_a_body_goes_with_the_link_and_with_the_command_of_its_film(visit, plane_path, tmp_path):
-    page = visit(plane_path).page
+    page = visit(plane_path)
     page.get_by_role("button", name="phone").click()
     assert "your phone flips every 0.9802 s" in page.inner_text("#say").replace("\xa0", " ")
     page.select_option("#own-by", "box")
     edges = [page.input_value(f"#own-{name}") for name in ("I1", "I2", "I3", "mass")]
     assert edges == ["14.67", "7.15", "0.74", "0.17228"]  # cm and kg, as the definition `bodies` has them
-    other = visit(plane_path, page.evaluate("polhode.link()")).page
+    other = visit(plane_path, page.evaluate("polhode.link()"))
     assert other.inner_text("#say") == page.inner_text("#say")
     command = other.text_content("#film code").removesuffix("body.mp4") + f"{tmp_path / 'body.csv'} --duration 1"
     main.main(command.split()[1:])
@@ -655,10 +642,10 @@ def test_the_page_without_a_map_is_small_and_accessible_and_its_link_carries_a_b
     assert own_page.stat().st_size <= 1_500_000
     tab = visit(own_page, "#moments=1,2,2.5&axis=2", color_scheme="light")
     assert {url.split("#")[0] for url in tab.requests} == {own_page.as_uri()}
-    assert tab.page.locator("#link-notice").is_hidden()
+    assert tab.locator("#link-notice").is_hidden()
     period = sweeps.body([1.0, 2.0, 2.5], omega0=10.0, epsilon=0.1).facts["axes"][1]["flip_period"]
-    assert f"your body flips every {period:.4g} s" in tab.page.inner_text("#say").replace("\xa0", " ")
-    assert_axe_finds_nothing(tab.page)
+    assert f"your body flips every {period:.4g} s" in tab.inner_text("#say").replace("\xa0", " ")
+    assert_axe_finds_nothing(tab)
 
 
 NO_BODIES = dict.fromkeys(("", "1,2", "1,2,x", "-1,2,2", "1e999,1,1", HOSTILE), "Three positive numbers are needed")
@@ -671,9 +658,9 @@ def test_a_link_without_a_possible_body_states_the_reason_and_runs_nothing(own_p
     tab = visit(own_page, links[0])
     for link, reason in zip(links, NO_BODIES.values(), strict=True):
         tab.follow(link)
-        assert reason in tab.page.inner_text("#link-notice")
-        assert tab.page.evaluate("[polhode.state.moments, typeof globalThis.hostile]") == [None, "undefined"]
-        assert tab.page.locator("#link-notice *").count() == 0
+        assert reason in tab.inner_text("#link-notice")
+        assert tab.evaluate("[polhode.state.moments, typeof globalThis.hostile]") == [None, "undefined"]
+        assert tab.locator("#link-notice *").count() == 0
     assert {url.split("#")[0] for url in tab.requests} == {own_page.as_uri()}
 
 
@@ -684,4 +671,4 @@ def test_the_page_of_a_shipped_sweep_plays_without_a_word_on_its_console(name, v
     monkeypatch.setattr(gallery, "MAX_GRID_POINTS", 36)
     monkeypatch.setattr(gallery, "MAX_CHEAP_POINTS", {})
     values = gallery.reduce_points(plain(read_text(file_text(catalogue.shipped_files()[name]))))
-    visit_map(sweeps.survey(values), reduced_motion="no-preference").page.wait_for_timeout(500)
+    visit_map(sweeps.survey(values), reduced_motion="no-preference").wait_for_timeout(500)

@@ -20,58 +20,56 @@ from sweeps.systems.rigid_body import spin_outcomes
 
 
 def test_a_click_shows_the_motion_of_the_point(tab, plane):
-    page = tab.page
-    page.get_by_label("2", exact=True).check()
-    page.evaluate("polhode.choose({ epsilon: null })")  # the map's own, in place of a visible size
+    tab.get_by_label("2", exact=True).check()
+    tab.evaluate("polhode.choose({ epsilon: null })")  # the map's own, in place of a visible size
     flips = set()
     for cell in ((1, 3), (8, 4), (6, 1)):
-        page.mouse.click(*tab.center(*cell))
+        tab.mouse.click(*tab.center(*cell))
         point = shown_point(tab, plane)
         assert float(point.I1) == plane.I1.values[cell[0]]
-        period = float(page.locator("#flip-period").get_attribute("value"))
+        period = float(tab.locator("#flip-period").get_attribute("value"))
         true = exact.flip_period(exact.set_up(*moments_of(plane, point), *start_of(point)))
         assert period == pytest.approx(true, rel=1e-12)  # both carry all digits; the bar is 1e-6
-        assert parsed(page.locator("#flip-period").text_content()) == pytest.approx(true, rel=1e-6)
+        assert parsed(tab.locator("#flip-period").text_content()) == pytest.approx(true, rel=1e-6)
         flips.add(period)
-        times, *traces = page.evaluate("(([one, ...more]) => [one.x, one.y, ...more.map(({ y }) => y)])(traces.data)")
-        assert times[-1] == page.evaluate("polhode.motion.end")
+        times, *traces = tab.evaluate("(([one, ...more]) => [one.x, one.y, ...more.map(({ y }) => y)])(traces.data)")
+        assert times[-1] == tab.evaluate("polhode.motion.end")
         expected = exact.rotation(moments_of(plane, point), start_of(point), times)
         np.testing.assert_allclose(np.transpose(traces), expected, atol=1e-11 * abs(float(point.omega0)))
     assert len(flips) == 3
 
 
 def test_play_turns_the_body_and_pause_holds_it(tab):
-    page = tab.page
     picture = "document.getElementById('body-canvas').toDataURL()"
-    before = page.evaluate(picture)
-    page.get_by_role("button", name="Play").click()
+    before = tab.evaluate(picture)
+    tab.get_by_role("button", name="Play").click()
     tab.until("polhode.motion.t > 0.05 * polhode.motion.end")
-    page.get_by_role("button", name="Pause").click()
-    paused_picture = page.evaluate(picture)
+    tab.get_by_role("button", name="Pause").click()
+    paused_picture = tab.evaluate(picture)
     assert paused_picture != before
-    page.wait_for_timeout(100)
-    assert page.evaluate(picture) == paused_picture
-    ball = page.evaluate(picture.replace("body", "polhode"))
-    canvas = page.locator("#polhode-canvas")
+    tab.wait_for_timeout(100)
+    assert tab.evaluate(picture) == paused_picture
+    ball = tab.evaluate(picture.replace("body", "polhode"))
+    canvas = tab.locator("#polhode-canvas")
     canvas.drag_to(canvas, source_position={"x": 100, "y": 100}, target_position={"x": 160, "y": 120})
-    assert page.evaluate(picture) != paused_picture
-    assert page.evaluate(picture.replace("body", "polhode")) != ball
+    assert tab.evaluate(picture) != paused_picture
+    assert tab.evaluate(picture.replace("body", "polhode")) != ball
 
 
 def test_only_what_flips_has_a_flip_period(tab, plane):
     outcomes = set()
     for axis in (1, 2, 3):
-        tab.page.get_by_label(str(axis), exact=True).check()
+        tab.get_by_label(str(axis), exact=True).check()
         point = shown_point(tab, plane)
         flips = exact.max_tilt(exact.set_up(*moments_of(plane, point), *start_of(point)), axis) > math.pi / 2
-        assert tab.page.locator("#flip-line").is_visible() == flips
+        assert tab.locator("#flip-line").is_visible() == flips
         outcomes.add(bool(flips))
     assert outcomes == {True, False}
 
 
 def assert_motion_is_that_of_scipy(tab, slope, **tolerance):
     """Compare the motion shown with DOP853 of the equations written by hand, from the same start; return both."""
-    times, shown, start = tab.page.evaluate(
+    times, shown, start = tab.evaluate(
         "(({ times, followed, motion }) => [times, followed, motion[0]])(polhode.map.mode)"
     )
     true = solve_ivp(slope, (0, times[-1]), start, "DOP853", times[: len(shown[0])], rtol=1e-12, atol=1e-15).y
@@ -91,9 +89,9 @@ def test_an_unstable_motion_is_followed_by_its_full_equations(visit_map):
     along = [0.01, 0.01 * math.sqrt(36.0 - 9.80665)]  # the mode that grows
     np.testing.assert_allclose(start, along, rtol=1e-6)  # slopes by differences of the page's forces
     assert max(theta) > 1
-    words = tab.page.locator("#mode-words").inner_text()
+    words = tab.locator("#mode-words").inner_text()
     assert parsed(re.search(r"at most ([\d.]+)", words)[1]) == pytest.approx(max(theta), rel=5e-3)  # three digits
-    markers = tab.page.evaluate(
+    markers = tab.evaluate(
         "document.getElementById('places-plot').data.filter(({ mode }) => mode === 'markers')"
         ".flatMap((trace) => trace.x.map((x, i) => [x, trace.y[i]]))"
     )
@@ -116,9 +114,9 @@ def test_a_motion_near_l4_is_that_of_two_attracting_bodies(visit_map):
     tab = visit_map(definition, "#mass_ratio=0.01&equilibrium=L4&_epsilon=0.01")
     # its tolerance, 1e-11, over some ten periods of motions that do not grow
     _, shown = assert_motion_is_that_of_scipy(tab, slope, atol=1e-8)
-    theory = tab.page.evaluate("polhode.map.mode.theory")
+    theory = tab.evaluate("polhode.map.mode.theory")
     np.testing.assert_allclose(theory, shown, atol=2e-3)  # linear theory: ε² and its growth in phase
-    assert tab.page.locator("#mechanism").is_visible()
+    assert tab.locator("#mechanism").is_visible()
 
 
 @pytest.mark.slow
@@ -131,14 +129,14 @@ def test_a_shaken_pendulum_stays_upside_down(visit_map):
     start, (theta,) = assert_motion_is_that_of_scipy(tab, slope, atol=1e-7)
     np.testing.assert_allclose(start, [math.pi + 0.1, 0.0], rtol=1e-12, atol=1e-12)
     assert np.abs(theta - np.pi).max() < 0.5
-    assert "stay bounded" in tab.page.locator("#say").inner_text()
+    assert "stay bounded" in tab.locator("#say").inner_text()
 
 
 @pytest.mark.slow
 def test_equations_and_picture_of_the_double_pendulum(visit_map):
     """Against the accelerations of textbooks, solved by hand for equal rods and masses of one."""
     grid = {"mass2": [1.0, 2.0], "length2": [1.0, 2.0], "gravity": 9.8}
-    page = visit_map({"system": "double_pendulum", "grid": grid}, "#mass2=1&length2=1").page
+    page = visit_map({"system": "double_pendulum", "grid": grid}, "#mass2=1&length2=1")
     theta1, theta2, speed1, speed2 = state = [0.7, -0.4, 1.3, 0.8]
     sine, cosine = math.sin(theta1 - theta2), math.cos(theta1 - theta2)
     pull = -9.8 * (3 * math.sin(theta1) + math.sin(theta1 - 2 * theta2))
@@ -170,7 +168,7 @@ def test_a_body_moves_on_its_orbit_as_scipy_has_it(shape, moments, visit_map):
     """Euler's equations with the torque of a point mass, in quaternions, from the map's reference motion and a tilt."""
     ds = sweeps.survey({"system": "orbit", "grid": {**shape, "eccentricity": [0.05, 0.1]}})
     name, values = next(iter(shape.items()))
-    page = visit_map(ds, f"#{name}={values[1]}&eccentricity=0.1&plane=out_of_plane").page
+    page = visit_map(ds, f"#{name}={values[1]}&eccentricity=0.1&plane=out_of_plane")
     shown, states = page.evaluate("[polhode.orbiting.moments, polhode.orbiting.states]")
     np.testing.assert_allclose(shown, moments, rtol=1e-14)  # a rounding or two
     point = ds.squeeze().sel({name: values[1], "eccentricity": 0.1, "plane": "out_of_plane"})
@@ -197,7 +195,7 @@ def test_a_growing_motion_starts_along_its_floquet_vector(visit_map):
     values, vectors = np.linalg.eig(np.transpose(period))
     fastest = np.argmax(np.abs(values))
     assert np.abs(values[fastest]) > 1.5
-    amplitude = 1e-3 * tab.page.evaluate("polhode.map.mode.sizes[0]")
+    amplitude = 1e-3 * tab.evaluate("polhode.map.mode.sizes[0]")
     # the matrix on the page is a difference quotient: its vector is off by some 1e-9
     np.testing.assert_allclose(start, amplitude * vectors[:, fastest] / vectors[0, fastest], rtol=1e-7)
 
@@ -207,23 +205,22 @@ def test_a_chosen_eigenvalue_moves_in_the_shape_of_its_mode(visit_map):
     """A satellite in the Lagrange region: started in the shape of any other mode, it would leave linear theory."""
     grid = {"k1": [0.55, 0.6], "k3": [0.2, 0.3]}
     tab = visit_map({"system": "gravity_gradient", "grid": grid}, "#k1=0.6&k3=0.3&_epsilon=1e-6")
-    page = tab.page
-    words = page.evaluate("polhode.map.mode.words")
+    words = tab.evaluate("polhode.map.mode.words")
     for number in (2, 1, 3, 4, 5, 6):  # 1 is that with which the page opens
-        page.locator("[data-dimension=eigenvalue] select").select_option(label=str(number))
+        tab.locator("[data-dimension=eigenvalue] select").select_option(label=str(number))
         tab.until("(words) => polhode.map.mode.words !== words", words)
-        page.wait_for_timeout(300)
+        tab.wait_for_timeout(300)
         period = f"{2 * math.pi / abs(parsed(tab.row('eigenvalue_imag')[1])):.4g} s"
         assert period in words.replace("\xa0", " ")
-        shown = page.inner_text("#mode-words").replace("\xa0", " ")
+        shown = tab.inner_text("#mode-words").replace("\xa0", " ")
         assert shown.startswith(f"Perturbations oscillate with period {period}.")
-        followed, theory, rest = page.evaluate(
+        followed, theory, rest = tab.evaluate(
             "(({ followed, theory, rest }) => [followed, theory, rest.slice(0, followed.length)])(polhode.map.mode)"
         )
         amplitude = np.abs(np.transpose(followed) - rest).max()
         assert amplitude > 1e-7  # epsilon is 1e-6, over sizes of about 1
         np.testing.assert_allclose(followed, theory, atol=1e-3 * amplitude)  # the integration's error is 1e-4 of it
-        assert f"_mode={number}" in page.evaluate("polhode.link()")
+        assert f"_mode={number}" in tab.evaluate("polhode.link()")
 
 
 BEADS = """
@@ -255,8 +252,8 @@ def test_an_own_system_moves_its_particles_if_the_definition_is_given(visit, pag
     assert "is not the map's; allowed: the definition that made the map" in capsys.readouterr().err
     assert main([*words, "--definition", "beads.yaml"]) == 0
     tab = visit(tmp_path / "page.html", "#spin_rate=2&radius=0.5&_epsilon=0.3")
-    assert tab.page.locator("#mechanism-canvas").is_visible()
-    angles, places = tab.page.evaluate(
+    assert tab.locator("#mechanism-canvas").is_visible()
+    angles, places = tab.evaluate(
         """() => {
             const { motion, times, equations } = polhode.map.mode;
             const place = (y, k) => equations.picture(times[k], y, "mass")[0].points[0];
@@ -279,13 +276,13 @@ def test_a_bodys_own_mesh_turns_and_no_file_is_read_for_it(visit_map, tmp_path):
     (tmp_path / "brick.stl").unlink()
     with open_map(tmp_path / "mesh.nc") as map_with_mesh:
         tab = visit_map(map_with_mesh, "#body=Brick&axis=2")
-    corners = tab.page.evaluate("polhode.motion.faces.map((face) => face.corners)")
+    corners = tab.evaluate("polhode.motion.faces.map((face) => face.corners)")
     half = np.array([1.5, 1.0, 0.5]) / np.linalg.norm([1.5, 1.0, 0.5])
     np.testing.assert_allclose(np.abs(corners), np.broadcast_to(half, (12, 3, 3)), atol=1e-4)  # of 16 bits
-    assert tab.page.locator("#shape").input_value() == "own"
+    assert tab.locator("#shape").input_value() == "own"
     tab.follow("#body=Box&axis=2")
-    assert tab.page.locator("#shape").input_value() != "own"
-    assert tab.page.locator("#shape option[value=own]").is_disabled()
+    assert tab.locator("#shape").input_value() != "own"
+    assert tab.locator("#shape option[value=own]").is_disabled()
 
 
 @pytest.mark.slow
@@ -294,14 +291,14 @@ def test_elliptic_functions_of_the_page_against_mpmath(tab):
     parameters = [(m, 1 - m) for m in (0.0, 1e-9, 0.3, 0.5, 0.9, 1 - 1e-6)] + [(1.0, 1e-12)]  # m and its complement
     with mpmath.workdps(40):
         for (m, m1), u in itertools.product(parameters, (0.0, 1e-9, 0.4, 1.9, -3.3, 31.0, 47.0)):
-            values = tab.page.evaluate("([u, m, m1]) => polhode.jacobi(u, m, m1)", [u, m, m1])
+            values = tab.evaluate("([u, m, m1]) => polhode.jacobi(u, m, m1)", [u, m, m1])
             expected = [float(mpmath.ellipfun(kind, u, m=1 - mpmath.mpf(m1))) for kind in ("sn", "cn", "dn")]
             assert values == pytest.approx(expected, abs=1e-12, rel=1e-12)
-            K = tab.page.evaluate("([m, m1]) => polhode.completeK(m, m1)", [m, m1])
+            K = tab.evaluate("([m, m1]) => polhode.completeK(m, m1)", [m, m1])
             assert pytest.approx(float(mpmath.ellipk(1 - mpmath.mpf(m1))), rel=1e-12) == K
-    limit = tab.page.evaluate("polhode.jacobi(2, 1, 0)")
+    limit = tab.evaluate("polhode.jacobi(2, 1, 0)")
     assert limit == pytest.approx([math.tanh(2), 1 / math.cosh(2), 1 / math.cosh(2)], rel=1e-15)
-    assert tab.page.evaluate("polhode.completeK(1, 0) === Infinity")
+    assert tab.evaluate("polhode.completeK(1, 0) === Infinity")
 
 
 BODIES = {
@@ -322,7 +319,7 @@ def test_rotations_and_attitudes_of_the_page_are_the_closed_form(tab, name):
     moments, start = BODIES[name]
     speed = np.linalg.norm(start)
     times = np.concatenate([np.linspace(0.0, 15.0, 7), np.linspace(-9.0, 200.0, 12)]) / speed
-    rates, quaternions = tab.page.evaluate(
+    rates, quaternions = tab.evaluate(
         """([I, w, times]) => {
             const one = new polhode.Trajectory(I, w), attitude = new polhode.Attitude(one);
             return [times.map((t) => one.at(t)), [0, ...times].map((t) => attitude.at(t))];
@@ -344,7 +341,7 @@ SPUN = [(1.0, 1.0, 0.5), (1.0, 1.0, 1.5), (1.0, 2.0, 2.5), (2.5, 1.0, 2.0), (2.0
 
 @pytest.mark.slow
 def test_the_page_words_each_spin_as_the_command_does(visit, plane_path):
-    page, epsilon = visit(plane_path).page, 0.9
+    page, epsilon = visit(plane_path), 0.9
     for moments in SPUN:
         for spin in spin_outcomes.predict_spins(moments, 10.0, epsilon, 0.6):
             verdict = VERDICTS[spin.regime]
@@ -387,7 +384,7 @@ THROWS = {
 @pytest.mark.parametrize("system", THROWS)
 def test_bodies_of_other_systems_move_as_the_command_has_it(visit_map, system):
     """Against DOP853 of the angular momentum's equation from the same start, of changing moments too."""
-    end, moments, starts, rates, depth, loss = visit_map({"system": system, **THROWS[system]}).page.evaluate(
+    end, moments, starts, rates, depth, loss = visit_map({"system": system, **THROWS[system]}).evaluate(
         "(({ end, moments, trajectory, shaken }) => [end, moments, trajectory.at(0), trajectory.at(0.3 * end), "
         "shaken?.depths[1] ?? 0, shaken?.loss ?? 0])(polhode.motion)"
     )

@@ -1,10 +1,13 @@
 """Pictures of slices: whatever `isel` and `sel` leave of a map is drawn, or refused in words."""
 
+from functools import cache
+
 import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from report_pages import KINDS
 from small_maps import SMALL
 
 import sweeps
@@ -15,12 +18,8 @@ from sweeps.schema.refusals import RefusedError
 from sweeps.views import figures
 
 MAPS = {
-    "rigid_body": {
-        "grid": {"I1": [0.5, 1.0, 1.5], "I2": [0.75, 1.4], "I3": 1.0, "omega0": [-3.0, 1.0], "epsilon": [1e-6, 1e-2]}
-    },
-    "shapes": {
-        "grid": {"ratios": {"I1_over_I3": [0.2, 0.5, 0.9], "thickness": [0.0, 0.5]}, "I3": [1.0, 2.0], "omega0": 1.0}
-    },
+    "rigid_body": KINDS["plane"],
+    "shapes": KINDS["shapes"],
     "bodies": {
         "bodies": [
             {"name": "Tennis racket", "I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "omega0": 3.0},
@@ -28,10 +27,7 @@ MAPS = {
         ],
         "grid": {"epsilon": [1e-6, 1e-3, 1e-2]},
     },
-    "draws": {
-        "grid": {"I1": {"start": 0.5, "stop": 1.0}, "I2": 1.2, "I3": 1.4, "omega0": 1.0, "epsilon": 1e-3},
-        "sample": {"num": 7},
-    },
+    "draws": KINDS["points"],
     **{name: {"system": name} | SMALL[name] for name in ("symmetric_top", "twist", "tumbling")},
     "pendulum": {"system": "pendulum", "grid": {"length": [0.5, 1.0, 2.0], "gravity": [1.6, 9.8], "epsilon": 1e-6}},
 }
@@ -40,17 +36,10 @@ FAST = ("rigid_body", "bodies", "draws")  # their kernels are those of every tes
 QUICK_AND_SLOW = [*FAST, *(pytest.param(name, marks=pytest.mark.slow) for name in MAPS if name not in FAST)]
 
 
-@pytest.fixture(scope="module")
-def maps():
-    """Maps of several systems, each measured on first use."""
-    cache = {}
-
-    def of(name):
-        if name not in cache:
-            cache[name] = sweeps.survey(MAPS[name])
-        return cache[name]
-
-    return of
+@cache
+def make(name):
+    """Return the map of a name, measured on first use."""
+    return sweeps.survey(MAPS[name])
 
 
 def choices(ds, count):
@@ -77,8 +66,8 @@ def stored_order(ds, dim, places):
 
 
 @pytest.mark.parametrize("name", QUICK_AND_SLOW)
-def test_a_slice_has_the_dimensions_and_the_values_of_its_map(maps, name):
-    ds = maps(name)
+def test_a_slice_has_the_dimensions_and_the_values_of_its_map(name):
+    ds = make(name)
     assert slices.with_all_dimensions(ds) is ds
     for selection in choices(ds, 12):
         expected = ds.isel({dim: stored_order(ds, dim, places) for dim, places in selection.items()})
@@ -93,9 +82,9 @@ def test_a_slice_has_the_dimensions_and_the_values_of_its_map(maps, name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MAPS)
-def test_every_picture_of_a_random_slice_is_drawn_or_refused_in_words(maps, name):
-    for selection in choices(maps(name), 4):
-        slice_of_map = maps(name).isel(selection)
+def test_every_picture_of_a_random_slice_is_drawn_or_refused_in_words(name):
+    for selection in choices(make(name), 4):
+        slice_of_map = make(name).isel(selection)
         for picture in figures.pictures(slice_of_map):
             try:
                 assert isinstance(plot.draw(slice_of_map, picture).figure, Figure)
@@ -103,14 +92,14 @@ def test_every_picture_of_a_random_slice_is_drawn_or_refused_in_words(maps, name
                 assert "nothing to show" in str(refused)  # noqa: PT017
 
 
-def test_a_slice_by_label_is_drawn_as_its_place_in_the_map(maps):
-    ds = maps("rigid_body")
+def test_a_slice_by_label_is_drawn_as_its_place_in_the_map():
+    ds = make("rigid_body")
     assert "1 point" in ds.isel(dict.fromkeys(ds.dims, 0)).polhode.summary()
-    by_label = plot.stability(ds, axis=2, at={"omega0": 1.0, "epsilon": 1e-6})
+    by_label = plot.stability(ds, axis=2, at={"omega0": 2.0, "I3": 1.0})
     for slice_of_map in (
-        ds.sel(axis=2, omega0=1.0).sel(epsilon=1e-6),
-        ds.sel(axis=[2], omega0=[1.0], epsilon=[1e-6]),
-        ds.isel(axis=1).sel(omega0=1.0).isel(epsilon=[0]),
+        ds.sel(axis=2, omega0=2.0).sel(I3=1.0),
+        ds.sel(axis=[2], omega0=[2.0], I3=[1.0]),
+        ds.isel(axis=1).sel(omega0=2.0).isel(I3=[1]),
     ):
         for axes in (plot.stability(slice_of_map), slice_of_map.polhode.stability()):
             meshes = [[a.get_array() for a in ax.collections if a.get_array() is not None] for ax in (by_label, axes)]
@@ -133,8 +122,8 @@ def test_a_slice_by_label_is_drawn_as_its_place_in_the_map(maps):
         (lambda ds: ds[[]], "ds: holds no variable; allowed: a Dataset"),
     ],
 )
-def test_what_is_no_map_is_refused_in_words(maps, change, message):
-    ds = change(maps("rigid_body"))
+def test_what_is_no_map_is_refused_in_words(change, message):
+    ds = change(make("rigid_body"))
     for call in (plot.stability, plot.theory_against_measured, lambda one: xr.Dataset.polhode(one).summary()):
         with pytest.raises(RefusedError) as error:
             call(ds)
@@ -142,9 +131,9 @@ def test_what_is_no_map_is_refused_in_words(maps, change, message):
 
 
 @pytest.mark.parametrize("name", ["rigid_body", pytest.param("pendulum", marks=pytest.mark.slow)])
-def test_pictures_of_a_file_that_slice_wrote(maps, name, tmp_path):
-    storage.write_map(maps(name), tmp_path / "map.nc")
-    ds = maps(name)
+def test_pictures_of_a_file_that_slice_wrote(name, tmp_path):
+    storage.write_map(make(name), tmp_path / "map.nc")
+    ds = make(name)
     long = [dim for dim in ds["status"].dims if ds.sizes[dim] > 1]
     place = [text for dim in long[2:] for text in (f"--{dim}", str(ds[dim].values[0]))]
     assert main(["slice", str(tmp_path / "map.nc"), *place, "-o", str(tmp_path / "slice.nc")]) == 0
