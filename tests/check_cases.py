@@ -230,7 +230,8 @@ def _taylor_step(state, k, h):
         vector = [p[0, 0] + p[2, 2] - p[3, 1], p[0, 1] + p[3, 0] - p[1, 2], p[0, 2] + p[1, 1] - p[2, 0]]
         new_q = np.array([-np.trace(p[1:4]), *vector], dtype=object)
         new_w = k * np.array([p[5, 2], p[6, 0], p[4, 1]], dtype=object) >> BITS
-        series = np.vstack([series, [*((new_q * h >> BITS) // (2 * n)), *((new_w * h >> BITS) // n)]])
+        new = [*((new_q * h >> BITS) // (2 * n)), *((new_w * h >> BITS) // n)]
+        series = np.vstack([series, np.array(new, dtype=object)])
     return series.sum(axis=0)
 
 
