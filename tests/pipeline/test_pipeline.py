@@ -1,5 +1,4 @@
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -129,19 +128,6 @@ def test_a_systems_own_equations_are_compiled_before_its_shards(mine, measured, 
     make_files(mine)
     assert measured[0] == "pendulum"
     assert [number for number in measured if number != "pendulum"] == [1, 2]
-
-
-@pytest.mark.slow
-def test_pictures_younger_than_their_map_stay_and_older_ones_go(mine):
-    mine.write_text(json.dumps(FEW))
-    _, figures, report = make_files(mine)
-    stale = figures / "stale.png"
-    stale.write_bytes(b"")
-    os.utime(figures, (0, 0))
-    report_time = report.stat().st_mtime_ns
-    make_files(mine)
-    assert not stale.exists()
-    assert report.stat().st_mtime_ns == report_time
 
 
 @pytest.mark.parametrize("arguments", [["nowhere.yaml"], ["tinny"], ["mine.yaml", "--cores", "0"]])

@@ -36,6 +36,11 @@ def test_a_file_that_is_missing_or_cut_short_has_its_figures_made_again(outputs_
     assert (outputs_folder / ("report.html" if output == "figures" else "figures/a.png")).exists()
 
 
+def test_figures_that_are_older_than_their_map_are_outdated(outputs_folder):
+    os.utime(outputs_folder / "figures", (0, 0))
+    assert up_to_date.find_outdated(outputs_folder) == {"figures"}
+
+
 def test_whole_figures_stay_and_an_own_file_beside_them_is_no_damage(outputs_folder):
     (outputs_folder / "figures/mine.txt").write_text("a note of the user")
     assert up_to_date.find_outdated(outputs_folder) == set()
