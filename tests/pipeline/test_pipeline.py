@@ -156,14 +156,11 @@ def spin():
         return ds.omega0.item()
 
 
-def test_another_definition_of_the_same_name_is_refused(two):
+def test_another_definition_of_the_same_name_is_refused_unless_it_is_to_replace_the_results(two):
     with pytest.raises(DefinitionError) as error:
         make_files("c/mine.yaml")
     assert str(error.value).startswith(f"c/mine.yaml: results/mine contains the results of {two}/a/mine.yaml; allowed")
     assert spin() == 1.0
-
-
-def test_it_replaces_when_that_is_requested(two):
     make_files("c/mine.yaml", replace=True)
     assert spin() == 2.0
     make_files("c/mine.yaml")  # the folder's present owner
@@ -171,18 +168,17 @@ def test_it_replaces_when_that_is_requested(two):
         make_files("a/mine.yaml")
 
 
-@pytest.mark.parametrize("change", ["edited", "moved", "copied", "elsewhere"])
+CHANGES = {  # change of the first definition → the definition that is run then
+    "edited": (lambda old: old.write_text(old.read_text().replace("1.5", "1.6")), "a/mine.yaml"),
+    "moved": (lambda old: old.rename("mine.yaml"), "mine.yaml"),
+    "copied": (lambda old: Path("mine.yaml").write_text(old.read_text()), "mine.yaml"),
+    "another folder of results": (lambda old: None, "c/mine.yaml"),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
 def test_one_definition_is_not_refused(two, change):
-    old, path = two / "a/mine.yaml", "a/mine.yaml"
-    if change == "edited":
-        old.write_text(old.read_text().replace("1.5", "1.6"))
-    elif change == "moved":
-        old.rename(two / "mine.yaml")
-        path = "mine.yaml"
-    elif change == "copied":
-        (two / "mine.yaml").write_text(old.read_text())
-        path = "mine.yaml"
-    else:
-        path = "c/mine.yaml"
-    make_files(path, **({"results": "others"} if change == "elsewhere" else {}))
+    make_change, path = CHANGES[change]
+    make_change(two / "a/mine.yaml")
+    make_files(path, results="others" if path == "c/mine.yaml" else "results")
     assert spin() == 1.0
