@@ -87,25 +87,20 @@ def test_shapes_are_drawn_with_sizes():
     assert (I1 + I2 >= I3 * (1 - 1e-15)).all()
 
 
+def ratios_of(I1_over_I3, thickness):
+    return {"ratios": {"I1_over_I3": I1_over_I3, "thickness": thickness}}
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        (
-            {"ratios": {"I1_over_I3": 1.2, "thickness": 0.5}},
-            "grid.ratios.I1_over_I3: 1.2 is out of range; allowed: a number",
-        ),
+        (ratios_of(1.2, 0.5), "grid.ratios.I1_over_I3: 1.2 is out of range; allowed: a number"),
         ({"ratios": {"thickness": 0.5}}, "grid.ratios.I1_over_I3: is missing"),
         ({"ratios": 5}, "grid.ratios: 5 is not a mapping; allowed: shapes of physically possible bodies"),
-        (
-            {"ratios": {"I1_over_I3": 1.0, "thickness": 0.0}},
-            "grid.ratios.thickness: 0.0 reaches 0; allowed: thickness above 0",
-        ),
+        (ratios_of(1.0, 0.0), "grid.ratios.thickness: 0.0 reaches 0; allowed: thickness above 0"),
         ({"more": {"I1": 1.0}}, "is given beside I1; allowed: ratios (and I3), or moments"),
         ({"more": {"I3": 10**400}}, "grid.I3: a whole number of 1329 bits is not finite as a double"),
-        (
-            {"ratios": SQUARE | {"thickness": [0.1, 0.2]}, "sample": {"num": 3}},
-            "grid.ratios.thickness: [0.1, 0.2] is a list",
-        ),
+        (ratios_of(0.5, [0.1, 0.2]) | {"sample": {"num": 3}}, "grid.ratios.thickness: [0.1, 0.2] is a list"),
     ],
 )
 def test_what_is_no_shape_is_refused(values, words):

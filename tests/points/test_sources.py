@@ -63,18 +63,11 @@ def test_keywords_are_all_keys_of_all_definitions():
     [
         (("tiny",), {"I1": 1.0}, "'tiny' is given beside I1; allowed: a file, or keywords"),
         ((3,), {}, "3 is no definition; allowed: a path"),
-        (
-            (),
-            {"I1": "2 furlong", "I2": 2.0, "I3": 2.5},
-            "grid.I1: '2 furlong' has the unit 'furlong'; allowed: kg m2, g m2",
-        ),
-        (  # radians or turns
-            (),
-            {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": "3000 1/min"},
-            "grid.omega0: '3000 1/min' has the unit '1/min'; allowed: rad s-1, s-1, deg s-1, rpm",
-        ),
+        ((), GRID | {"I1": "2 furlong"}, "grid.I1: '2 furlong' has the unit 'furlong'; allowed: kg m2, g m2"),
+        # radians or turns
+        ((), GRID | {"omega0": "3000 1/min"}, "grid.omega0: '3000 1/min' has the unit '1/min'; allowed: rad s-1, s-1"),
         ((), {"grid": None, "I1": 1.0}, "grid: null is not a mapping"),
-        ((), {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": "fast"}, "grid.omega0: 'fast' is text, not a number"),
+        ((), GRID | {"omega0": "fast"}, "grid.omega0: 'fast' is text, not a number"),
     ],
 )
 def test_what_is_none_is_refused(arguments, keywords, words):
