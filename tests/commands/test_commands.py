@@ -367,13 +367,8 @@ def test_other_programs_open_a_slice(path, bodies, tmp_path, capsys, tool, of_bo
     if shutil.which(tool[0]) is None:
         pytest.skip(f"{tool[0]} is not here")
     out = tmp_path / "slice.nc"
-    run_command(
-        capsys,
-        "slice",
-        *([bodies, "--axis", 2] if of_bodies else [path, "--axis", 2, "--omega0", 1, "--epsilon", 1e-6]),
-        "-o",
-        out,
-    )
+    place = [bodies] if of_bodies else [path, "--omega0", 1, "--epsilon", 1e-6]
+    run_command(capsys, "slice", *place, "--axis", 2, "-o", out)
     answer = subprocess.run([*tool, out], capture_output=True, text=True, check=False)
     assert answer.returncode == 0
     assert "growth_rate" in answer.stdout

@@ -64,6 +64,12 @@ def by_fractions():
     return sum(2 * max(body) > sum(body) for body in itertools.product(*moments))
 
 
+TWO_BODIES = [
+    {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 5.0},
+    {"name": "B", "ratios": {"I1": 0.1, "I2": 0.7, "I3": 0.8}},
+]
+
+
 @pytest.mark.parametrize(
     ("definition", "count"),
     [
@@ -72,16 +78,7 @@ def by_fractions():
         ({"system": "tumbling", "grid": LISTS | {"energy": [1.0, 1.1]}}, 2 * by_fractions()),
         ({"system": "symmetric_top", "grid": {"ratio": [0.5, 2.0, 2.1], "omega3": 1.0, "half_angle": [1.0, 2.0]}}, 2),
         ({"grid": {"ratios": {"I1_over_I3": [0.1, 0.3, 0.9], "thickness": [0.0, 0.3, 1.0]}, "omega0": 1.0}}, 0),
-        (
-            {
-                "bodies": [
-                    {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 5.0},
-                    {"name": "B", "ratios": {"I1": 0.1, "I2": 0.7, "I3": 0.8}},
-                ],
-                "grid": {"omega0": [1.0, 2.0]},
-            },
-            6,
-        ),
+        ({"bodies": TWO_BODIES, "grid": {"omega0": [1.0, 2.0]}}, 6),
     ],
 )
 def test_check_counts_what_the_map_flags(definition, count):

@@ -163,10 +163,9 @@ def without_a_variable(path):
         (of_other_kernels, "kernel_fingerprint"),
         (without_a_variable, "frequency: is missing"),
         (lambda path: path.unlink(), "allowed"),
-        *(
-            (lambda path, content=content: path.write_bytes(content), "allowed")
-            for content in (b"", b"not netCDF", b"\x89HDF\r\n\x1a\n" + bytes(600))
-        ),
+        (lambda path: path.write_bytes(b""), "allowed"),
+        (lambda path: path.write_bytes(b"not netCDF"), "allowed"),
+        (lambda path: path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(600)), "allowed"),
     ],
 )
 def test_another_file_in_place_of_a_shard_is_refused(shards, tmp_path, change, words):
@@ -248,10 +247,7 @@ def test_a_replaced_file_has_the_usual_permissions(tmp_path):
     [
         (lambda ds: ds.assign_attrs(contract_version="1.9"), r"contract_version: is 1\.9; allowed: 3\."),
         (lambda ds: ds.drop_vars(["status", "regime"]), r"regime: is missing \(2 in all\)"),
-        (
-            lambda ds: ds.assign_attrs(system="pendulums"),
-            "system: 'pendulums' is not available; allowed: dissipative_body",
-        ),
+        (lambda ds: ds.assign_attrs(system="pendulums"), "system: 'pendulums' is not available; allowed: dissipative"),
         (lambda ds: xr.Dataset({"value": ("x", [1.0])}), "contract_version: is missing"),
         (lambda ds: ds.assign_attrs(contract_version="3.9"), ""),
         (lambda ds: ds.drop_attrs(deep=False).assign_attrs({k: v for k, v in ds.attrs.items() if k != "system"}), ""),

@@ -261,10 +261,8 @@ def test_a_flag_without_a_meaning_is_refused_as_it_is_read(path, tmp_path):
     with netCDF4.Dataset(copy, "a") as file:
         flag = file["regime"].flag_values.max() + 1
         file["regime"][0, 0, 0, 0, 0] = flag
-    with (
-        sweeps.open_map(copy) as ds,
-        pytest.raises(MapError, match=f"regime: holds the flag {flag}, without a meaning"),
-    ):
+    message = f"regime: holds the flag {flag}, without a meaning"
+    with sweeps.open_map(copy) as ds, pytest.raises(MapError, match=message):
         ds["regime"].load()
 
 
