@@ -116,7 +116,6 @@ class Summary:
     def __init__(self, description: MapDescription):
         self.description = description
         self._specs, variables = description.specs, description.variables
-        self._names = tuple(variables)
         self._flags = {name: meanings for name, variable in variables.items() if (meanings := flags(variable))}
         self._headline, self._status = description.leading_flag, of_role(self._specs, Role.STATUS)
         #: number of points; of points that are compared with theory; of points of bodies that
@@ -159,11 +158,7 @@ class Summary:
             for variable in (reference, name, self._specs[name].error, d.scale)
         )
         used = {*self._flags, *self.checks, *existence, *compared}
-        return [name for name in self._names if name in used]
-
-    def role(self, name: str) -> Role:
-        """Return the role of a variable (see `sweeps.schema.variables`)."""
-        return self._specs[name].role
+        return [name for name in self.description.variables if name in used]
 
     def num_equal(self, reference: str, name: str) -> int:
         """Return the number of points at which two flag variables have equal meanings."""

@@ -282,7 +282,7 @@ def _page_texts(description: MapDescription, summary: Summary, page_grid) -> dic
         "counts": summary.counts,
         "confusion": [_confusion_table(summary, pair, table) for pair, table in summary.confusion.items()],
         "checks": [(name, worst, _format_place(description, worst.at)) for name, worst in summary.checks.items()],
-        "certificates": [name for name in summary.checks if summary.role(name) == Role.CERTIFICATE],
+        "certificates": [name for name in summary.checks if description.specs[name].role == Role.CERTIFICATE],
         "agreements": [deviation for deviation in summary.deviations.values() if deviation.total],
         "rule": comparison_rule(summary),
     }
