@@ -27,9 +27,7 @@ SOME = NAMES if os.environ.get("POLHODE_ALL_CASES") else ONE_OF_EACH_MODE
 COLUMNS = ["q0", "q1", "q2", "q3", "omega1", "omega2", "omega3"]
 
 
-@pytest.fixture(scope="module")
-def shipped():
-    return dict(check_cases.motions())
+shipped = pytest.fixture(lambda: dict(check_cases.motions()), scope="module")
 
 
 @pytest.fixture(scope="module")

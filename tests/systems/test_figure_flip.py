@@ -19,9 +19,7 @@ from sweeps.views import figures, films
 GRID = {"grid": {"I1": {"start": 0.4, "stop": 1.6, "num": 5}, "I2": [0.7, 1.1, 2.5], "I3": [1.0, 1.3], "omega0": -5.0}}
 
 
-@pytest.fixture(scope="module")
-def ds():
-    return sweeps.survey(GRID)
+ds = pytest.fixture(lambda: sweeps.survey(GRID), scope="module")
 
 
 def test_it_is_the_most_unstable_body_that_can_exist(ds, monkeypatch):

@@ -15,9 +15,7 @@ TOPS = {
 }
 
 
-@pytest.fixture(scope="module")
-def tops():
-    return sweeps.survey(TOPS)
+tops = pytest.fixture(lambda: sweeps.survey(TOPS), scope="module")
 
 
 def by_gid(figure, gid):

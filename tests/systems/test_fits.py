@@ -14,9 +14,7 @@ from sweeps.systems.rigid_body import fits
 EPSILON = np.geomspace(1e-8, 0.3, 60)
 
 
-@pytest.fixture(scope="module")
-def breakdown_map():
-    return sweeps.survey("breakdown")
+breakdown_map = pytest.fixture(lambda: sweeps.survey("breakdown"), scope="module")
 
 
 def synthetic(deviation, *, theory=-4.0, error=1e-13, status=0):

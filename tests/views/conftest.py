@@ -9,20 +9,10 @@ import sweeps
 from sweeps.maps.storage import open_map, write_map
 from sweeps.views import report
 
-
-@pytest.fixture(scope="session")
-def plane():
-    return map_of("plane")
-
-
-@pytest.fixture(scope="session")
-def breakdown_map():
-    return map_of("bodies")
-
-
-@pytest.fixture(scope="session")
-def uncertain():
-    return map_of("uncertain")
+plane = pytest.fixture(lambda: map_of("plane"), scope="session")
+breakdown_map = pytest.fixture(lambda: map_of("bodies"), scope="session")
+uncertain = pytest.fixture(lambda: map_of("uncertain"), scope="session")
+shapes = pytest.fixture(lambda: map_of("shapes"), scope="session")
 
 
 @pytest.fixture(scope="session")
@@ -104,11 +94,6 @@ def tab(shared, plane_path):
     yield shared
     assert shared.messages == []
     assert {url.split("#")[0] for url in shared.requests} == {plane_path.as_uri()}
-
-
-@pytest.fixture(scope="session")
-def shapes():
-    return map_of("shapes")
 
 
 @pytest.fixture(scope="session")

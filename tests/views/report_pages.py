@@ -1,11 +1,11 @@
 """Reports as text and in a browser: helpers of the tests of pages."""
 
 import json
-import math
 import re
 from functools import cache
 from pathlib import Path
 
+import euler
 import numpy as np
 import xarray as xr
 
@@ -168,16 +168,10 @@ def shown_point(page, ds):
     return ds.sel({dim: float(page.row(dim)[0]) for dim in ds.dims}, method="nearest")
 
 
-def moments_of(ds, point):
-    return [float(point[name]) for name in ("I1", "I2", "I3")]
-
-
-def start_of(point):
-    axis, omega0, epsilon, phase = (float(point[name]) for name in ("axis", "omega0", "epsilon", "phase"))
-    start = np.zeros(3)
-    at = np.array([0, 1, 2]) + int(axis) - 1
-    start[at % 3] = omega0 * np.array([1.0, epsilon * math.cos(phase), epsilon * math.sin(phase)])
-    return start
+def state_of(point):
+    """Return moments and initial angular velocity of a point of a map."""
+    axis, *spin = (float(point[name]) for name in ("axis", "omega0", "epsilon", "phase"))
+    return np.array([float(point[name]) for name in ("I1", "I2", "I3")]), euler.spin(int(axis), *spin)
 
 
 OPEN_ALL = "document.querySelectorAll('details').forEach((details) => (details.open = true))"

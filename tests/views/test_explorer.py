@@ -15,11 +15,10 @@ from report_pages import (
     SHIPPED,
     hostile,
     map_of,
-    moments_of,
     parsed,
     position_on_map,
     shown_point,
-    start_of,
+    state_of,
 )
 
 import sweeps
@@ -269,7 +268,7 @@ def test_bodies_have_a_table_and_nudges_a_plot(visit_map, breakdown_map):
     assert tab.row("axis")[0] == "3"
     earth = breakdown_map.sel(body="Earth", axis=3, epsilon=float(tab.row("epsilon")[0])).squeeze()
     assert parsed(tab.row("omega_squared")[1]) == pytest.approx(float(earth.omega_squared), rel=1e-5)
-    true = exact.flip_period(exact.set_up(*moments_of(breakdown_map, earth), *start_of(earth)))
+    true = exact.flip_period(exact.set_up(*np.concatenate(state_of(earth))))
     assert float(tab.locator("#flip-period").get_attribute("value")) == pytest.approx(true, rel=1e-12)
     curve = tab.evaluate("[...document.getElementById('limit-plot').data.find((t) => t.name === 'axis 3').y]")
     every = breakdown_map.sel(body="Earth", axis=3).squeeze().sortby("epsilon")

@@ -1,7 +1,5 @@
 """Pictures of maps: their list, and that they show the values of the map, read from the drawn artists."""
 
-from functools import cache
-
 import matplotlib
 import matplotlib.image
 import numpy as np
@@ -48,18 +46,6 @@ def shapes():
     return sweeps.survey(definition | {"grid": dict(definition["grid"]) | {"I3": 0.01748, "omega0": 10.0}})
 
 
-@pytest.fixture(scope="module")
-def stability(racket):
-    """The stability map about an axis, drawn once."""
-
-    @cache
-    def draw(axis):
-        with matplotlib.rc_context(sheets.STYLE):
-            return figure_stability.draw(racket, axis)
-
-    return draw
-
-
 @pytest.fixture(autouse=True)
 def use_style():
     with matplotlib.rc_context(sheets.STYLE):
@@ -104,8 +90,8 @@ def test_pictures_of_a_grid_on_the_disk(tiny, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("axis", [1, 2, 3])
-def test_cells_are_the_measured_rates(racket, stability, axis):
-    ax = stability(axis).axes[0]
+def test_cells_are_the_measured_rates(racket, axis):
+    ax = figure_stability.draw(racket, axis).axes[0]
     (mesh,) = (artist for artist in ax.collections if artist.get_array() is not None)
     plane = racket.sel(axis=axis, I3=0.01748).squeeze().transpose("I2", "I1")
     rate = np.sign(plane.omega_squared) * np.sqrt(abs(plane.omega_squared)) / 10.0

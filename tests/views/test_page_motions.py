@@ -7,7 +7,7 @@ import re
 import mpmath
 import numpy as np
 import pytest
-from report_pages import moments_of, parsed, shown_point, start_of
+from report_pages import parsed, shown_point, state_of
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
@@ -28,13 +28,13 @@ def test_a_click_shows_the_motion_of_the_point(tab, plane):
         point = shown_point(tab, plane)
         assert float(point.I1) == plane.I1.values[cell[0]]
         period = float(tab.locator("#flip-period").get_attribute("value"))
-        true = exact.flip_period(exact.set_up(*moments_of(plane, point), *start_of(point)))
+        true = exact.flip_period(exact.set_up(*np.concatenate(state_of(point))))
         assert period == pytest.approx(true, rel=1e-12)  # both carry all digits; the bar is 1e-6
         assert parsed(tab.locator("#flip-period").text_content()) == pytest.approx(true, rel=1e-6)
         flips.add(period)
         times, *traces = tab.evaluate("(([one, ...more]) => [one.x, one.y, ...more.map(({ y }) => y)])(traces.data)")
         assert times[-1] == tab.evaluate("polhode.motion.end")
-        expected = exact.rotation(moments_of(plane, point), start_of(point), times)
+        expected = exact.rotation(*state_of(point), times)
         np.testing.assert_allclose(np.transpose(traces), expected, atol=1e-11 * abs(float(point.omega0)))
     assert len(flips) == 3
 
@@ -61,7 +61,7 @@ def test_only_what_flips_has_a_flip_period(tab, plane):
     for axis in (1, 2, 3):
         tab.get_by_label(str(axis), exact=True).check()
         point = shown_point(tab, plane)
-        flips = exact.max_tilt(exact.set_up(*moments_of(plane, point), *start_of(point)), axis) > math.pi / 2
+        flips = exact.max_tilt(exact.set_up(*np.concatenate(state_of(point))), axis) > math.pi / 2
         assert tab.locator("#flip-line").is_visible() == flips
         outcomes.add(bool(flips))
     assert outcomes == {True, False}

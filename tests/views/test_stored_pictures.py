@@ -34,9 +34,7 @@ DRAWN = [
 ]
 
 
-@pytest.fixture(scope="module")
-def maps():
-    return {"tiny": sweeps.survey("tiny"), "tops": sweeps.survey(TOPS)}
+maps = pytest.fixture(lambda: {"tiny": sweeps.survey("tiny"), "tops": sweeps.survey(TOPS)}, scope="module")
 
 
 @pytest.mark.slow
