@@ -107,20 +107,16 @@ def test_a_symmetric_body_has_the_one_mode_of_its_cone(low, middle):
         assert about / psi == pytest.approx(ratio, rel=allowed)
 
 
-def test_sigma_is_that_of_drawn_periods():
+DRAWN = [(1.0, 6.58, 8.67, 2.0, 3.0), (2.5, 4.0, 2.0, 1.0, 0.0), (3.0, 4.0, 2.0, 0.0, 0.5), (0.2, 1.0, 9.0, 0.3, 2.0)]
+
+
+@pytest.mark.parametrize(("least_ratio", "P_psi", "P_phi", "sigma_psi", "sigma_phi"), DRAWN)
+def test_sigma_is_that_of_drawn_periods(least_ratio, P_psi, P_phi, sigma_psi, sigma_phi):
     """The share of Gaussian periods that a mode allows is the normal tail of the exclusion: nothing is linearised."""
-    rng = np.random.default_rng(11)
-    for least_ratio, *periods in (
-        (1.0, 6.58, 8.67, 2.0, 3.0),
-        (2.5, 4.0, 2.0, 1.0, 0.0),
-        (3.0, 4.0, 2.0, 0.0, 0.5),
-        (0.2, 1.0, 9.0, 0.3, 2.0),
-    ):
-        psi, phi = (rng.normal(periods[k], periods[k + 2], 400_000) for k in (0, 1))
-        sigma = float(exclusion(np.float64(least_ratio), *periods))
-        allowed = np.mean(psi > least_ratio * phi)
-        assert sigma > 0
-        assert allowed == pytest.approx(ndtr(-sigma), abs=5 * math.sqrt(0.25 / 400_000))
+    psi, phi = np.random.default_rng(11).normal((P_psi, P_phi), (sigma_psi, sigma_phi), (400_000, 2)).T
+    sigma = float(exclusion(np.float64(least_ratio), P_psi, P_phi, sigma_psi, sigma_phi))
+    assert sigma > 0
+    assert np.mean(psi > least_ratio * phi) == pytest.approx(ndtr(-sigma), abs=5 * math.sqrt(0.25 / 400_000))
 
 
 @pytest.mark.parametrize(

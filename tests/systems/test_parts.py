@@ -229,8 +229,7 @@ def test_masses_never_become_negative_and_every_draw_is_a_body():
 
 def test_without_tolerances_there_is_no_probability():
     answer = sweeps.body({"parts": [{"name": "Box", "box": [0.1, 0.2, 0.3], "mass": 1.0}]})
-    assert answer.judged.odds is None
-    assert answer.judged.word == "stable"
+    assert (answer.judged.odds, answer.judged.word) == (None, "stable")
     with pytest.raises(DefinitionError, match="known exactly"):
         answer.meets("stable", 0.9)
 

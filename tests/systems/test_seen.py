@@ -75,10 +75,8 @@ def test_every_system_takes_a_body_by_its_tensor_and_names_its_axes():
     axes = Rotation.from_euler("xyz", (0.3, -0.8, 1.1)).as_matrix()
     tensor = axes @ np.diag([0.3, 0.8, 1.0]) @ axes.T
     bodies = [{"name": "turned", "tensor": ((tensor + tensor.T) / 2).tolist()}]
-    for system, grid, name in (
-        ("twist", {"chi": 0.1}, "twist_exact"),
-        ("tumbling", {"energy": 1.1}, "period_psi_exact"),
-    ):
+    grids = {"twist": {"chi": 0.1}, "tumbling": {"energy": 1.1}}
+    for (system, grid), name in zip(grids.items(), ("twist_exact", "period_psi_exact"), strict=True):
         settings = {"system": system, "grid": grid}
         ratios = {"I1": 0.3, "I2": 0.8, "I3": 1.0}
         ds = sweeps.survey(settings | {"bodies": [*bodies, {"name": "straight", "ratios": ratios}]})
