@@ -23,20 +23,13 @@ from sweeps.systems.rigid_body.presentation import (
 )
 from sweeps.views import figures
 
-AROUND_A_RACKET = {
-    "title": "Around a tennis racket",
-    "grid": {
-        "I1": {"start": 0.00121, "stop": 0.02904, "num": 24},
-        "I2": {"start": 0.001638, "stop": 0.039312, "num": 24},
-        "I3": {"start": 0.002185, "stop": 0.05244, "num": 24},
-        "omega0": 10.0,
-    },
-}
+LEAST = {"I1": 0.00121, "I2": 0.001638, "I3": 0.002185}  # kg m2; 24 multiples of each, a racket's among them
+AROUND_A_RACKET = {name: {"start": least, "stop": 24 * least, "num": 24} for name, least in LEAST.items()}
 
 
-@pytest.fixture(scope="module")
-def racket():
-    return sweeps.survey(AROUND_A_RACKET)
+racket = pytest.fixture(
+    lambda: sweeps.survey(title="Around a tennis racket", grid=AROUND_A_RACKET | {"omega0": 10.0}), scope="module"
+)
 
 
 @pytest.fixture(scope="module")
