@@ -23,9 +23,9 @@ from sweeps.systems.rigid_body.presentation import (
 )
 from sweeps.views import figures
 
-LEAST = {"I1": 0.00121, "I2": 0.001638, "I3": 0.002185}  # kg m2; 24 multiples of each, a racket's among them
-AROUND_A_RACKET = {name: {"start": least, "stop": 24 * least, "num": 24} for name, least in LEAST.items()}
-
+# 24 multiples of these moments, kg m2, a tennis racket's among them
+STEPS = {"I1": 0.00121, "I2": 0.001638, "I3": 0.002185}
+AROUND_A_RACKET = {name: {"start": step, "stop": 24 * step, "num": 24} for name, step in STEPS.items()}
 
 racket = pytest.fixture(
     lambda: sweeps.survey(title="Around a tennis racket", grid=AROUND_A_RACKET | {"omega0": 10.0}), scope="module"
