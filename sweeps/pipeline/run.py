@@ -108,7 +108,7 @@ def _write_report(sweep: Sweep, folder: Path) -> None:
 
 
 def measure_map(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
-    """Write the map from its shards; those that an interrupted run has finished are kept.
+    """Write the map, at once or from shards; shards that an interrupted run has finished are kept.
 
     Args:
         sweep: the sweep.
@@ -119,10 +119,13 @@ def measure_map(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
     count = sweep.shards
     shards = merging.shard_files(path.with_name("shards"), count)
     missing = [k for k in range(1, count + 1) if again or not holds_shard(shards[k - 1], sweep, k, count)]
-    _write_shards(sweep, shards, missing, workers)
-    if count > 1:
+    if count == len(missing) == 1:
+        with progress.count_points(sweep.grid.size, sweep.name, math.prod(sweep.each.values())) as advance:
+            merging.measure_whole(sweep, path, workers, advance)
+    else:
+        _write_shards(sweep, shards, missing, workers)
         progress.print_line(f"merging {count} shards")
-    merging.merge_shards(sweep, shards, path, workers)
+        merging.merge_shards(sweep, shards, path, workers)
 
 
 def _write_shards(sweep: Sweep, shards: list[Path], missing: list[int], workers: int) -> None:
@@ -137,6 +140,5 @@ def _write_shards(sweep: Sweep, shards: list[Path], missing: list[int], workers:
                 write_shard(sweep, k, count, shards[k - 1], workers, advance)
                 num_finished += 1
     except BaseException as error:
-        if count > 1:
-            error.add_note(f"{num_finished:,} of {count:,} shards finished")
+        error.add_note(f"{num_finished:,} of {count:,} shards finished")
         raise

@@ -1,8 +1,9 @@
-"""Merging of shards into a map, a block of points at a time."""
+"""Merging of shards into a map, a block of points at a time. A map without shards is written as it is measured."""
 
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from itertools import zip_longest
 from pathlib import Path
 
@@ -16,6 +17,8 @@ from sweeps.shards.shard import (
     DamagedError,
     ForeignError,
     MapError,
+    Progress,
+    measure_blocks,
     open_shard,
     write_shard,
 )
@@ -55,6 +58,20 @@ def merge_shards(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, t
     raise MapError(f"{path}: shards are damaged faster than they can be measured; allowed: a disk that keeps them")
 
 
+def measure_whole(sweep: Sweep, path: str | Path, threads: int = 1, progress: Progress = lambda points: None) -> str:
+    """Measure all points of a sweep, write its map without shards, and return its content hash.
+
+    Args:
+        sweep: the sweep.
+        path: the map to write.
+        threads: number of threads.
+        progress: called with the number of points of each finished block.
+    """
+    with _new_map(sweep, path) as file:
+        motions = measure_blocks(sweep, range(sweep.grid.size), file.put_columns, threads, progress)
+        return _seal_map(file, sweep, motions)
+
+
 def shard_files(folder: Path, count: int) -> list[Path]:
     """Return the files of `count` shards in a folder."""
     return [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
@@ -69,8 +86,7 @@ def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
     shards.sort()
     _check_coverage(shards, sweep.grid)
     motions = 0
-    with new_file(path, sweep.grid.sizes | sweep.grid.extra_sizes) as file:
-        _add_coordinates(file, sweep)
+    with _new_map(sweep, path) as file:
         for first, after, source in shards:
             with open_shard(source, sweep) as shard:  # one open file at a time: there may be thousands
                 if (shard.first, shard.after) != (first, after):
@@ -78,8 +94,7 @@ def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
                 for columns in shard.blocks():
                     file.put_columns(columns)
                 motions += shard.motions
-        history = {"history": contract.history(), "motions_integrated": str(motions)}
-        return file.seal(contract.provenance(sweep) | history)
+        return _seal_map(file, sweep, motions)
 
 
 def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None:
@@ -95,15 +110,22 @@ def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None
         raise MapError(f"shards: points {next_point} to {grid.size - 1} are missing; allowed: each point once")
 
 
-def _add_coordinates(file: MapFile, sweep: Sweep) -> None:
-    """Add the coordinates of a map to its file, and empty columns."""
-    names = " ".join(sorted(sweep.grid.auxiliary))
-    file.add_columns(sweep.grid.dims, sweep.variables, {"coordinates": names} if names else {})
-    coordinates = contract.coordinates(sweep)
-    for name, (dims, values, attributes) in coordinates.items():
-        file.add(name, dims, values.dtype, attributes)
-    box_groups = zip_longest(*(runs(values.shape, PART_POINTS) for _, values, _ in coordinates.values()))
-    for boxes in box_groups:  # coordinates of sampled points are drawn together, a group of points at a time
-        for (name, (_, values, _)), box in zip(coordinates.items(), boxes, strict=True):
-            if box is not None:
-                file.put(name, values[box])
+@contextmanager
+def _new_map(sweep: Sweep, path: str | Path) -> Iterator[MapFile]:
+    """Yield the file of a map with its coordinates and empty columns."""
+    grid, names = sweep.grid, " ".join(sorted(sweep.grid.auxiliary))
+    with new_file(path, grid.sizes | grid.extra_sizes) as file:
+        file.add_columns(grid.dims, sweep.variables, {"coordinates": names} if names else {})
+        coordinates = contract.coordinates(sweep)
+        for name, (dims, values, attributes) in coordinates.items():
+            file.add(name, dims, values.dtype, attributes)
+        box_groups = zip_longest(*(runs(values.shape, PART_POINTS) for _, values, _ in coordinates.values()))
+        for boxes in box_groups:  # coordinates of sampled points are drawn together, a group of points at a time
+            for (name, (_, values, _)), box in zip(coordinates.items(), boxes, strict=True):
+                if box is not None:
+                    file.put(name, values[box])
+        yield file
+
+
+def _seal_map(file: MapFile, sweep: Sweep, motions: int) -> str:
+    return file.seal(contract.provenance(sweep) | {"history": contract.history(), "motions_integrated": str(motions)})

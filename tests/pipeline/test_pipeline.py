@@ -81,6 +81,26 @@ def test_a_run_announces_its_work_and_its_folder_or_is_quiet(mine, measured, cap
     assert capsys.readouterr() == (outputs, "")
 
 
+def test_what_is_not_cut_is_written_at_once_unless_its_shard_is_there(mine, measured):
+    mine.write_text(json.dumps({"grid": GRID}))
+    sweep = catalogue.plan_sweep(mine).sweep
+    path, *_ = make_files(mine, cores=2)
+    assert measured == []
+    content = path.read_bytes()
+    path.unlink()
+    shards.write_shard(sweep, 1, 1, Path("results/mine/shards/1-of-1.nc"))
+    path, *_ = make_files(mine)
+    assert measured == []  # not again
+    assert not Path("results/mine/shards").exists()
+    with sweeps.open_map(path) as merged_map:
+        attributes = merged_map.attrs
+    path.write_bytes(content)
+    with sweeps.open_map(path) as ds:
+        for name in ("content_hash", "motions_integrated"):
+            assert ds.attrs[name] == attributes[name]
+        assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
+
+
 def test_what_is_finished_is_not_made_again(mine, measured):
     sweep = catalogue.plan_sweep(mine).sweep
     folder = Path("results/mine/shards")
