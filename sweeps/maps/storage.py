@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
-    """Write a Dataset of `sweeps.survey` as a map, and return its content hash; a lazy Dataset is read again for it."""
+    """Write a Dataset of `sweeps.survey` as a map, and return the content hash of what the file contains."""
     table = systems.of_map(ds).layout().variables
     encoding: dict[Hashable, dict[str, Any]] = {name: {"_FillValue": None} for name in ds.coords}
     for name, variable in ds.data_vars.items():

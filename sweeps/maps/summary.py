@@ -235,7 +235,8 @@ def read_box(ds: "xr.Dataset", name: str, box: Mapping[str, slice]) -> np.ndarra
         name: of the variable.
         box: dimension → slice; dimensions that the variable lacks have length one in the result.
     """
-    return along(ds[name].isel({dim: extent for dim, extent in box.items() if dim in ds[name].dims}), tuple(box))
+    variable = ds[name]
+    return along(variable.isel({dim: extent for dim, extent in box.items() if dim in variable.dims}), tuple(box))
 
 
 def comparison_rule(summary: Summary) -> str:

@@ -47,10 +47,15 @@ class LinearModel(Model):
         mass, stiffness, damping = self.system.linear_matrices
         masses = compile_table(symbols, mass, (size, size))
         forces = compile_table(symbols, -stiffness.row_join(damping), (size, 2 * size))
+
+        def slopes(parameters, _x):
+            values = forces(parameters)
+            return values, np.abs(values)
+
         return SimpleNamespace(
             a=lambda parameters, _x: masses(parameters),
             m=size,
-            slopes=lambda parameters, _x: (forces(parameters), np.abs(forces(parameters))),
+            slopes=slopes,
             sizes=lambda parameters, _x: np.ones((parameters[0].size, size)),
             conserved_slopes=lambda _parameters, _x, sizes: (sizes[:, None][:, :0], sizes[:, :0]),
             place_error=lambda _parameters, place, _uncertainty: np.zeros(place.shape),

@@ -20,7 +20,7 @@ from jinja2.utils import htmlsafe_json_dumps  # JSON that cannot end the HTML el
 from markupsafe import Markup
 
 from sweeps.figure import colors, wording
-from sweeps.maps.description import MapDescription
+from sweeps.maps.description import NUMBERS, MapDescription
 from sweeps.maps.summary import Summary, comparison_rule, format_share
 from sweeps.process.files import replace_output
 from sweeps.reading.definitions import definition_of
@@ -177,7 +177,7 @@ def _coordinate_data(description: MapDescription, name: str, page_grid) -> dict:
     dim = coordinate.dims[0] if coordinate.dims else None
     values = coordinate.values[page_grid[dim]] if dim else coordinate.values.reshape(1)
     kind = coordinate.dtype.kind
-    entries = [_json_number(v) if kind in "fiub" else str(v) for v in values.tolist()]
+    entries = [_json_number(v) if kind in NUMBERS else str(v) for v in values.tolist()]
     words = _column_words(coordinate) | {"typed": name == description.named_along}  # by the author of the definition
     return {"dim": dim, "values": entries, "numeric": kind in "fiu", "whole": kind in "iu", **words}
 
