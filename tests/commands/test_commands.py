@@ -15,6 +15,7 @@ import xarray as xr
 from calls import refusal_message, run_command
 from damages import PICTURE_COLUMNS
 from maps import BODIES, DEFINITION, write
+from scipy.special import ellipk
 
 import sweeps
 from sweeps import systems
@@ -183,6 +184,30 @@ def test_point_is_the_row_of_the_file(path, capsys):
         assert f"{row.growth_rate.item():.6g}" in out or f"{row.frequency.item():.6g}" in out
     assert "I1 = 0.75 kg m2 (nearest to 0.7)" in out
     assert "rad s-1" in out
+
+
+@pytest.mark.slow
+def test_point_writes_a_motion_whose_flips_are_scipys(bodies, tmp_path, capsys):
+    out = tmp_path / "motion.nc"
+    words = run_command(
+        capsys, "point", bodies, "--body", "racket", "--axis", 2, "--epsilon", 1e-2, "--trajectory", out
+    )
+    assert "body = Tennis racket" in words
+    with xr.open_dataset(out) as motion:
+        spin, times = motion.omega2.values, motion.time.values
+        turns = np.flatnonzero(np.diff(np.sign(spin)))
+        crossings = times[turns] - spin[turns] * (times[turns + 1] - times[turns]) / (spin[turns + 1] - spin[turns])
+        I1, I2, I3 = 0.00121, 0.01638, 0.01748
+        w = motion[["omega1", "omega2", "omega3"]].isel(time=0).to_array().values
+        energy = I1 * w[0] ** 2 + I2 * w[1] ** 2 + I3 * w[2] ** 2
+        momentum = (I1 * w[0]) ** 2 + (I2 * w[1]) ** 2 + (I3 * w[2]) ** 2
+    # Landau and Lifshitz (37.11, 37.12), for L2 above or below 2 E I2
+    low, high = (I1, I3) if momentum > energy * I2 else (I3, I1)
+    k2 = (I2 - low) * (energy * high - momentum) / ((high - I2) * (momentum - energy * low))
+    half = 2 * ellipk(k2) * np.sqrt(I1 * I2 * I3 / ((high - I2) * (momentum - energy * low)))
+    # crossings by straight lines between samples, 32 a rotation
+    assert crossings[1] - crossings[0] == pytest.approx(half, rel=1e-4)
+    assert len(crossings) == 2
 
 
 # ---------------------------------------------------------------------------------------------------------
