@@ -542,7 +542,7 @@ def test_the_racket_map_is_of_bodies_on_both_sides_of_the_boundary():
     points = grid.points(0, grid.size // 3)
     I1, I2, I3 = (points[name] for name in ("I1", "I2", "I3"))
     assert triangle.triangle_margin(I1, I2, I3).min() > 0
-    assert (np.maximum(I1, I2) < I3).all()  # about axis 3 all are stable
+    assert (np.maximum(I1, I2) < I3).all()  # so every rotation about axis 3 is stable
     assert 0.2 < np.mean(I1 > I2) < 0.5
     assert (I1 != I2).all()  # and none is marginal
 

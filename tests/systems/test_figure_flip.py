@@ -115,7 +115,7 @@ def test_the_file_is_an_animation_that_moves(ds, tmp_path, monkeypatch):
 def encode(tmp_path, monkeypatch):
     """Put a fake ffmpeg into the path: it stores its arguments and the length of its input, and ends with a status."""
 
-    def put(status=0):
+    def install_encoder(status=0):
         encoder = tmp_path / "bin" / "ffmpeg"
         encoder.parent.mkdir()
         last = 'for last in "$@"; do :; done'
@@ -123,7 +123,7 @@ def encode(tmp_path, monkeypatch):
         encoder.chmod(0o755)
         monkeypatch.setenv("PATH", str(encoder.parent), prepend=":")
 
-    return put
+    return install_encoder
 
 
 @pytest.mark.parametrize("status", [0, 1])

@@ -223,7 +223,7 @@ def test_settings_that_cannot_be_are_named(settings):
 @pytest.mark.parametrize(("mode", "energy"), [("sam", 1.2), ("lam", 1.3)])
 def test_the_nutation_is_that_of_an_integrated_motion(mode, energy):
     moments = np.array([0.4, 0.8, 1.0])
-    m1 = math.sqrt((energy - 1) * 0.4 / (1 - 0.4))  # at L = 1
+    m1 = math.sqrt((energy - 1) * 0.4 / (1 - 0.4))  # the angular momentum is 1
     run = euler.rotate(moments, [m1, 0, math.sqrt(1 - m1**2)] / moments, 30.0, max_step=0.01)
     angles = np.arccos(0.4 * run.y[0])
     # the extremes are missed by less than half a step of 0.01, in which an angle changes by 1e-4 near its extreme

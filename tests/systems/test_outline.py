@@ -43,7 +43,9 @@ def test_a_solid_lies_along_its_principal_axes(tmp_path):
     box.apply_translation((5.0, -3.0, 2.0))
     box.export(tmp_path / "box.stl")
     vertices, _ = inertia.solid(tmp_path / "box.stl", mass=1.0).surface
-    np.testing.assert_allclose(np.abs(vertices), np.tile([1.5, 1.0, 0.5], (8, 1)), atol=1e-5)  # of single precision
+    np.testing.assert_allclose(
+        np.abs(vertices), np.tile([1.5, 1.0, 0.5], (8, 1)), atol=1e-5
+    )  # the file has single precision
 
 
 def test_bodies_share_the_faces():

@@ -115,7 +115,7 @@ RACKET = {"name": "racket", "I1": 0.00121, "I2": 0.01638, "I3": 0.01748}
 THROWS = {"system": "twist", "bodies": [RACKET]}
 TUMBLES = {"system": "tumbling", "grid": {"I1": [0.3, 0.5], "I2": 0.8, "I3": 1.0, "energy": [1.1, 1.4, 2.5]}}
 BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
-REFUSED_GRIDS = [  # of a symmetric top
+REFUSED_TOPS = [  # values of a symmetric top's grid → words of the refusal
     ({"ratio": 0.0}, "grid.ratio: 0.0 is out of range; allowed: a number > 0"),
     ({"ratio": [0.5, -1.0]}, "grid.ratio[1]: -1.0 is out of range; allowed: a number > 0"),
     ({"omega3": 0.0}, "grid.omega3: 0.0 is out of range; allowed: a number with 1e-150 ≤ |omega3| ≤ 1e150"),
@@ -140,7 +140,7 @@ REFUSED_UNCERTAINTIES = [  # with one body
     ({"bodies": [BODY | {"uncertainty": "5 %"}, BODY | {"name": "B"}]}, "bodies[1] (B).uncertainty: is missing"),
 ]
 REFUSED = [
-    *(({"system": "symmetric_top", "grid": TOP | grid}, message) for grid, message in REFUSED_GRIDS),
+    *(({"system": "symmetric_top", "grid": TOP | grid}, message) for grid, message in REFUSED_TOPS),
     *(({"bodies": [BODY]} | changes, message) for changes, message in REFUSED_UNCERTAINTIES),
     (THROWS | {"grid": {"chi": 0.1, "theta": 4.0}}, "theta"),
     (THROWS | {"grid": {"chi": 0.1, "omega0": 0.0}}, "omega0"),

@@ -323,14 +323,15 @@ def test_twists_of_draws_are_those_of_the_motion_integrated_by_scipy():
         draw = ds.sel(axis=axis, draw=k)
         moments = np.array([float(draw[f"I{i}_draw"]) for i in (1, 2, 3)])
         omega = euler.spin(axis, 1.0, 0.02, 1.2)
-        side = np.cross(moments * omega, [1.0, 0.0, 0.0])  # of the handle's way about L, at the start
+        side = np.cross(moments * omega, [1.0, 0.0, 0.0])  # The handle begins to rotate about L this way.
 
-        def turned(_, y, side=side):
+        def side_of_handle(_, y, side=side):
             return y[3:].reshape(3, 3)[:, 0] @ side
 
-        turned.direction = 1.0
-        run = euler.rotate(moments, omega, 20.0, events=turned)
+        side_of_handle.direction = 1.0
+        run = euler.rotate(moments, omega, 20.0, events=side_of_handle)
         (end, *_) = run.y_events[0][run.t_events[0] > 0.1]
         states = np.column_stack([run.y[:, run.t < run.t_events[0][run.t_events[0] > 0.1][0]], end])
-        azimuth = euler.azimuth((states[:3] * moments[:, None]).T, np.array([1.0, 0.0, 0.0]))  # of L, about the handle
+        # the azimuth of L about the handle
+        azimuth = euler.azimuth((states[:3] * moments[:, None]).T, np.array([1.0, 0.0, 0.0]))
         assert float(draw["twist_draw"]) == pytest.approx(abs(azimuth[-1] - azimuth[0]), abs=1e-8)

@@ -67,7 +67,13 @@ def test_each_point_is_in_one_group(tiny):
         groups = {line.get_gid(): line.get_xdata().size for line in ax.lines if line.get_gid() != "error"}
         is_drawable = np.isfinite(comparison.columns["deviation"]) & (comparison.columns["theory"] > 0)
         assert sum(groups.values()) == np.count_nonzero(is_drawable)
-        names = {"stable_minor", "stable_major", "short_window", "not_converged", "differs"}  # of frequencies
+        names = {
+            "stable_minor",
+            "stable_major",
+            "short_window",
+            "not_converged",
+            "differs",
+        }  # the statuses of frequencies
         assert {*groups} == {"impossible", *(names if "stable_minor" in groups else ["unstable"])}
 
 

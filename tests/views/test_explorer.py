@@ -415,7 +415,7 @@ def test_the_body_is_dragged_between_the_points_and_back_goes_back(grip, visit, 
     tab.wait_for_timeout(200)
     tab.mouse.move(x, y)
     tab.mouse.down()
-    tab.mouse.move(*position_on_map(tab, 0.62, 0.83))  # at once: a pause of the hand is a step of Back
+    tab.mouse.move(*position_on_map(tab, 0.62, 0.83))  # in one move: each pause adds an entry to the history
     tab.wait_for_timeout(100)
     tab.mouse.up()
     moments = tab.evaluate("polhode.state.moments")

@@ -275,7 +275,7 @@ def test_bodies_say_how_soon_they_grow_and_flip(breakdown_map):
     assert (grows[0], flips[0]) == ("556 d", "19,535 d")
     assert grows[5] == "1.74×10⁻¹³ s"
     assert set(grows) == set(flips) == {0, 1, 2, 3, 4, 5}  # not the plate, which has no unstable axis
-    texts = figure_bodies.draw(breakdown_map).axes[0].texts  # of a map without flips
+    texts = figure_bodies.draw(breakdown_map).axes[0].texts  # the map has no flips
     assert "flip" not in {text.get_gid() for text in texts}
 
 
