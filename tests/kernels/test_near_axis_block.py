@@ -1,4 +1,5 @@
 import math
+import pickle
 import platform
 import re
 import shutil
@@ -11,9 +12,10 @@ from naive import FEWER, bodies
 from numba import config
 
 from kernels.compile.blocks import W
+from kernels.compile.cache import CHECKSUM, cache_folder
 from kernels.estimator import measure, statuses
 from kernels.free import direct, exact, linear, rigid_body, taylor
-from kernels.near_axis import estimates, survey
+from kernels.near_axis import estimates, examples, near_axis_block, survey
 from kernels.near_axis.estimates import aux
 from kernels.near_axis.near_axis_block import row
 
@@ -168,28 +170,19 @@ ARITHMETIC = r"\tv?(?:add|sub|mul|div|sqrt|max|min|cmp\w*|fn?m(?:add|sub)\d*)"
 SCALAR = {"store_excess"}  # one product a lane of the second sample: too short for LLVM not to unroll it
 
 
-COMPILED = """
-import pickle, sys
-from pathlib import Path
-from kernels.near_axis import examples, near_axis_block
-from kernels.compile.cache import CHECKSUM
-examples.follow_block()
-for part in vars(near_axis_block).values():
-    if getattr(part, "signatures", ()) and "W" in part.py_func.__code__.co_names:
-        # what lies in the cache, for Numba shows no assembly of what it has loaded
-        path, _ = part._cache._place(part.signatures[0], part.targetctx.codegen())
-        (_, _, (code, *_)), *_ = pickle.loads(path.read_bytes()[CHECKSUM:])
-        Path(sys.argv[1], part.__name__ + ".o").write_bytes(code)
-"""
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 instructions")
 @pytest.mark.skipif(not shutil.which("objdump"), reason="takes compiled code apart by objdump")
 def test_every_loop_over_lanes_is_packed(tmp_path):
-    # with an empty cache: Numba loads stored code as a whole, without the functions that it calls
-    python(COMPILED, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+    examples.follow_block()  # compiles, and stores, what no earlier run has stored
+    for function in (getattr(kernel, "py_func", None) for kernel in vars(near_axis_block).values()):
+        if function and "W" in function.__code__.co_names:
+            # what lies in the cache, for Numba shows no assembly of what it has loaded
+            name = f"near_axis_block.{function.__qualname__}-{function.__code__.co_firstlineno}-*"
+            path = max((cache_folder() / "code").glob(name), key=lambda path: path.stat().st_mtime)
+            (_, _, (code, *_)), *_ = pickle.loads(path.read_bytes()[CHECKSUM:])
+            (tmp_path / f"{function.__name__}.o").write_bytes(code)
     files = sorted(tmp_path.glob("*.o"))
     assert len(files) > 20
     process = subprocess.run(
