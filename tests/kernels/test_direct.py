@@ -11,6 +11,7 @@ from naive import taylor_terms, truncation
 from numba import config
 
 from kernels.free import direct, exact, rigid_body, taylor
+from kernels.near_axis import propagators
 
 ULP = 2.0**-52
 STEPS, NEAR, NEAREST = (dict(zip(direct.ORDERS, taylor.STEPS[k::3], strict=True)) for k in range(3))
@@ -20,6 +21,14 @@ FEWER = 10 if config.DISABLE_JIT else 1  # steps in plain Python are slow
 STATE, COEFFICIENTS = (
     st.tuples(*[st.floats(-largest, largest).map(lambda x: x if abs(x) > 1e-3 else 0.0)] * 3) for largest in (1.2, 1.0)
 )
+
+
+def test_a_step_has_the_number_of_its_name():
+    for number, step in enumerate(taylor.STEPS):
+        spin, order = step.__name__.split("step_")
+        assert getattr(propagators, f"{spin or 'taylor_'}{order}".upper()) == number
+        assert propagators.ORDER[number] == float(order)
+        assert (propagators.IS_NEAR[number], propagators.IS_NEAREST[number]) == (spin == "near_", spin == "nearest_")
 
 
 def random_body(rng):
