@@ -7,17 +7,14 @@ starting phase, by mpmath at 50 digits; it reaches any time.  The first test com
 
 import itertools
 import math
-import platform
 from fractions import Fraction
 
 import mpmath as mp
-import numba
 import numpy as np
 import precise
 import pytest
 import repeated
 from naive import jacobi
-from numba import njit
 from precise import Textbook, taylor
 from scipy.spatial import cKDTree
 
@@ -337,18 +334,6 @@ def test_the_short_constants_agree():
         assert motion == pytest.approx(expected, rel=3e-15)  # 1e-15 a function
 
 
-@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
-@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
-def test_a_loop_over_lanes_compiles_to_packed_code():
-    @njit(error_model="numpy", fastmath={"contract"})
-    def lanes(w1, w2, w3, q1, q2, q3):
-        for i in range(w1.shape[0]):
-            w1[i], w2[i], w3[i] = exact.step(w1[i], w2[i], w3[i], q1[i], q2[i], q3[i])
-
-    lanes(*np.ones((6, 32)))
-    assert "divpd" in "".join(lanes.inspect_asm().values())
-
-
 # ---- properties of a trajectory ----
 
 
@@ -358,23 +343,17 @@ def drawn_trajectories(count, seed):
         yield rng.uniform(0.5, 1.4, 3), rng.normal(size=3) * 10.0 ** rng.uniform(-3, 0, 3)
 
 
-def test_constants_of_a_trajectory():
+def test_constants_and_periods_of_a_trajectory():
     for moments, start in drawn_trajectories(60, 9):
         theirs = Textbook(moments, start)
-        top = exact.set_up(*moments, *start)
+        expected, top = 4 * theirs.K / theirs.p, exact.set_up(*moments, *start)
         # some eight roundings each, after the differences of the moments
         assert abs(top.p * top.unit / theirs.p - 1) < 1e-15
         assert abs(top.m / theirs.m - 1) < 2e-15
         assert abs(top.m1 / theirs.m1 - 1) < 2e-15
         assert top.axes == tuple(i + 1 for i in theirs.roles)
-        for motion, expected in zip(exact.amplitudes(top), theirs.amplitudes, strict=True):
-            assert abs(motion * top.unit / expected - 1) < 1e-15
-
-
-def test_period_frequency_and_flip_period():
-    for moments, start in drawn_trajectories(60, 10):
-        theirs = Textbook(moments, start)
-        expected, top = 4 * theirs.K / theirs.p, exact.set_up(*moments, *start)
+        for motion, amplitude in zip(exact.amplitudes(top), theirs.amplitudes, strict=True):
+            assert abs(motion * top.unit / amplitude - 1) < 1e-15
         # m1's eight roundings count for at most a quarter of theirs in K
         assert abs(exact.period(top) / expected - 1) < 2e-15
         assert abs(exact.flip_period(top) / (expected / 2) - 1) < 2e-15
@@ -398,13 +377,9 @@ def test_what_never_returns_has_an_infinite_period(moments, start):
     assert exact.frequency(top) == 0.0
 
 
-def test_an_exact_spin_has_the_frequency_of_small_nudges():
-    Omega = 1.5 * mp.sqrt(mp.mpf(3.0 - 1.0) * (3.0 - 2.0) / (1.0 * 2.0))
-    assert exact.frequency(exact.set_up(1.0, 2.0, 3.0, 0.0, 0.0, 1.5)) == pytest.approx(float(Omega), rel=1e-15)
-
-
-def test_a_symmetric_top_precesses_at_its_own_rate():
-    # (I3 - I1)/I1 w3, the textbook rate
+def test_frequencies_of_an_exact_spin_and_of_a_symmetric_top():
+    # of small perturbations: w3 sqrt((I3 - I1)(I3 - I2)/(I1 I2)); of the top: (I3 - I1)/I1 w3
+    assert exact.frequency(exact.set_up(1.0, 2.0, 3.0, 0.0, 0.0, 1.5)) == pytest.approx(1.5, rel=1e-15)
     assert exact.frequency(exact.set_up(1.0, 1.0, 1.7, 0.3, 0.4, -0.9)) == pytest.approx(0.7 * 0.9, rel=1e-15)
 
 
