@@ -153,7 +153,7 @@ def test_saddle_and_well_of_a_driven_helmholtz_oscillator_keep_their_names(count
 
 @pytest.mark.parametrize(
     ("count", "size"),
-    [(4, 1), *(pytest.param(*case, marks=pytest.mark.slow) for case in [(MANY, 1), (30, 0.1), (30, 10)])],
+    [(4, 1), *(pytest.param(*case, marks=pytest.mark.slow) for case in [(MANY, 1), (MANY // 4, 0.1), (MANY // 4, 10)])],
 )
 def test_a_driven_duffing_oscillator_is_followed_from_rest(count, size):
     rng = np.random.default_rng(4)
@@ -213,7 +213,7 @@ def test_drives_of_other_shapes(shape, stiffness, place):
     settings = {"bounds": (-2, 2), "size": 1, "period": 2 * sp.pi, "places": {"rest": [place]}, "force": 0.1}
     V = lambda x, force: stiffness(T) * x**2 / 2 + x**4 / 4 - force * x * shape(T)  # noqa: E731
     system = particle(V, R=lambda v, force: 0.1 * v**2 / 2, **settings)
-    columns = check_by_scipy(Model(system), max_step=0.01, force=[0.1, 1.0])
+    columns = check_by_scipy(Model(system), max_step=0.03, force=1.0)
     assert np.abs(columns["x_start"]).max() < 1.6
 
 
@@ -264,7 +264,7 @@ def test_drives_that_jump():
         assert columns["x_start"][i] == pytest.approx(a[: HARMONICS + 1].sum(), abs=1e-3), i  # harmonics left out
         assert abs(columns["trace"][i] - balance.trace(a)) < 2e-2 * (1.0 + abs(balance.trace(a))), i
     assert (columns["status"] == OK)[exists].mean() >= 0.99
-    some = np.flatnonzero(columns["status"] == OK)[: 2 * len(JUMPING)]
+    some = np.flatnonzero(columns["status"] == OK)[: len(JUMPING)]
     check_by_scipy(model, 1e-12, **{name: values[some] for name, values in points.items() if name != "epsilon"})
 
 
@@ -275,4 +275,4 @@ def test_states_and_moving_names_beside_jumps(place):
     rates = lambda x, y, z, force: (y, -y / 10 - x - x**3 + force * sp.sign(sp.cos(T)), x**2 - z)  # noqa: E731
     system = flow(rates, "xyz", (-2, 2), places={"rest": [place, 0, 0]}, force=0.1)
     system.period(2 * sp.pi)
-    check_by_scipy(Model(system), 1e-12, force=[0.05, 0.3])
+    check_by_scipy(Model(system), 1e-12, force=0.3)

@@ -180,8 +180,8 @@ def growth(name, **values):
 
 def edge(test, low, high):
     """Return the value between low and high at which a condition begins to be true."""
-    for _ in range(4):  # each time 1,000 times as near
-        values = np.linspace(low, high, 1001)
+    for _ in range(6):  # each time 100 times as near
+        values = np.linspace(low, high, 101)
         first = np.argmax(test(values))
         low, high = values[first - 1], values[first]
     return high
