@@ -127,7 +127,7 @@ def test_every_error_holds_and_no_regime_is_wrong(count, inverse):
     is_measured = np.isfinite(columns["trace"])
     assert is_measured.mean() > 0.5
     assert (columns["status"] == statuses.OK).sum() >= 0.999 * is_measured.sum()  # all four entries within their errors
-    check_errors(columns, is_measured)
+    check_errors(columns, 0.999)
     assert (columns["regime"][is_measured] != floquet.MARGINAL).mean() > 0.8
 
 
