@@ -100,9 +100,7 @@ def assert_same(columns, expected, **kind):
 def test_moments_scaled_by_a_power_of_two_give_the_same_bits(factor):
     points = bodies(500)
     scaled = points | {name: points[name] * factor for name in ("I1", "I2", "I3")}
-    plain, in_units = survey.survey(points, *SETTINGS), survey.survey(scaled, *SETTINGS)
-    for name in plain:
-        np.testing.assert_array_equal(plain[name], in_units[name], err_msg=name)
+    assert_same(survey.survey(scaled, *SETTINGS), survey.survey(points, *SETTINGS))
 
 
 @pytest.mark.parametrize("omega0", [1e-9, -1e-9, 1e6, -1e6, 1e-142, 1e150])
