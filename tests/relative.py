@@ -3,47 +3,22 @@
 import described
 import numpy as np
 
+MOMENTS = ("I1", "I2", "I3")
 RANGES = {  # name → parameter → range of its values
-    "sleeping_top": {
-        "I1": (0.3, 2.0),
-        "I2": (0.3, 2.0),
-        "I3": (0.3, 2.0),
-        "moment_of_weight": (-3.0, 3.0),
-        "spin_rate": (-4.0, 4.0),
-    },
-    "gyrostat": {
-        "I1": (0.3, 3.0),
-        "I2": (0.3, 3.0),
-        "I3": (0.3, 3.0),
-        "rotor_momentum": (-4.0, 4.0),
-        "spin_rate": (-3.0, 3.0),
-    },
+    "sleeping_top": dict.fromkeys(MOMENTS, (0.3, 2.0)) | {"moment_of_weight": (-3.0, 3.0), "spin_rate": (-4.0, 4.0)},
+    "gyrostat": dict.fromkeys(MOMENTS, (0.3, 3.0)) | {"rotor_momentum": (-4.0, 4.0), "spin_rate": (-3.0, 3.0)},
     "gravity_gradient": {"k1": (-0.95, 0.95), "k3": (-0.95, 0.95), "orbital_rate": (0.5, 2.0)},
     "gravity_gradient_damped": {"k1": (-0.9, 0.9), "k3": (-0.9, 0.9), "slug": (0.005, 0.1), "drag": (0.005, 0.1)},
-    "viscous_slug": {
-        "axial_moment": (0.2, 1.8),
-        "slug_moment": (0.005, 0.1),
-        "drag": (0.002, 0.1),
-        "rotor_momentum": (-1.0, 1.0),
-        "spin_rate": (0.2, 3.0),
-    },
+    "viscous_slug": {"axial_moment": (0.2, 1.8), "slug_moment": (0.005, 0.1), "drag": (0.002, 0.1),
+                     "rotor_momentum": (-1.0, 1.0), "spin_rate": (0.2, 3.0)},
     "lagrange_points": {"mass_ratio": (1e-4, 0.5), "orbital_rate": (0.5, 2.0)},
-    "rotating_saddle": {
-        "stiffness_x": (-3.0, 3.0),
-        "stiffness_y": (-3.0, 3.0),
-        "drag": (0.0, 0.5),
-        "spin_rate": (-2.0, 2.0),
-    },
+    "rotating_saddle": {"stiffness_x": (-3.0, 3.0), "stiffness_y": (-3.0, 3.0), "drag": (0.0, 0.5),
+                        "spin_rate": (-2.0, 2.0)},
     "foucault": {"length": (0.5, 2.0), "gravity": (1.0, 12.0), "drag": (0.0, 0.5), "spin_rate": (-4.0, 4.0)},
     "steady_precession": {"moment_of_weight": (0.5, 3.0), "tilt": (0.1, 3.0), "spin_rate": (4.0, 12.0)},
-    "rotor": {
-        "stiffness_x": (0.5, 2.0),
-        "stiffness_y": (0.5, 2.0),
-        "bearing_damping": (0.0, 0.2),
-        "internal_damping": (0.0, 0.2),
-        "spin_rate": (-4.0, 4.0),
-    },
-}
+    "rotor": {"stiffness_x": (0.5, 2.0), "stiffness_y": (0.5, 2.0), "bearing_damping": (0.0, 0.2),
+              "internal_damping": (0.0, 0.2), "spin_rate": (-4.0, 4.0)},
+}  # fmt: skip
 
 
 def theory_at(name, **values):

@@ -40,9 +40,9 @@ def _polynomials():
     yield "at the lower bound", (x - 1) ** 2, (1, 3), [1]
     yield "none", x, (-1, 2), []
     yield "far off", (x - 1000) ** 2, (-1, 2000), [1000]
-    for n in (3, 5, 8, 12, 16, 20):
+    for n in (3, 8, 20):
         yield f"{n} wells", _wells(range(1, n + 1)), (0, n + R(3, 2)), _between(range(1, n + 1))
-    for gap in (3, 6, 9):
+    for gap in (3, 9):
         second = 1 + R(1, 10**gap)
         yield f"1e-{gap} apart", _wells([1, second]), (0, R(23, 10)), [1, 1 + 0.5 * 10.0**-gap, 1 + 10.0**-gap]
     yield (
@@ -57,9 +57,9 @@ def _polynomials():
 
 
 def _trigonometric():
-    for n in (1, 4, 16, 32, 40, 64, 100, 200):
+    for n in (1, 16, 200):
         yield f"cos {n} x", -sp.cos(n * x), (-3, R(31, 10)), _turns(n, -3, 3.1)
-    for n in (3, 7, 50):
+    for n in (3, 50):
         yield f"sin² {n} x", sp.sin(n * x) ** 2, (-1, R(31, 10)), _turns(2 * n, -1, 3.1)
     yield "tilted", -sp.cos(x) - x / 2, (-3, 4), [np.arcsin(0.5), np.pi - np.arcsin(0.5)]
     yield "tilted beyond", -sp.cos(x) - R(11, 10) * x, (-3, 4), []
@@ -68,31 +68,20 @@ def _trigonometric():
 
 def _special():
     yield "Morse", (1 - sp.exp(-x)) ** 2, (-1, 5), [0]
-    yield "two exponentials", sp.exp(x) + sp.exp(-2 * x), (-2, 2), [np.log(2) / 3]
     yield "bump", x**2 * sp.exp(-(x**2)), (-3, 3), [-1, 0, 1]
     yield "x log x", x * sp.log(x) - x, (R(1, 10), 3), [1]
-    yield "cosh", sp.cosh(x) - 2 * x, (-3, 3), [np.arcsinh(2)]
-    yield "tanh", sp.log(sp.cosh(x)) - x / 2, (-3, 3), [np.arctanh(0.5)]
-    yield "arctan", x * sp.atan(x) - sp.log(1 + x**2) / 2 - x / 2, (-3, 3), [np.tan(0.5)]
     yield "erf", x * sp.erf(x) + sp.exp(-(x**2)) / sp.sqrt(sp.pi), (-3, 4), [0]
-    yield "root", sp.sqrt(1 + x**2) - x / 2, (-3, 3), [1 / np.sqrt(3)]
     yield "power", x ** R(5, 2) - x, (R(1, 100), 2), [0.4 ** (2 / 3)]
-    yield "asin", x * sp.asin(x) + sp.sqrt(1 - x**2), (-R(9, 10), R(9, 10)), [0]
-    yield "asinh", x * sp.asinh(x) - sp.sqrt(1 + x**2) - x, (-1, 3), [np.sinh(1)]
 
 
 def _poles():
     yield "r/a - log(r/a)", x - sp.log(x), (0, 10), [1]
-    yield "x²/2 + 0.1/x²", x**2 / 2 + R(1, 10) / x**2, (-2, 2), [-(0.2**0.25), 0.2**0.25]
     yield "tan²", sp.tan(x) ** 2, (-3, 4), [0, np.pi]
     yield "Lennard-Jones", x**-12 - 2 * x**-6, (0, 20), [1]
-    yield "Kepler", 1 / (2 * x**2) - 1 / x, (0, 50), [1]
     yield "1/x", 1 / x, (-1, 2), []
     yield "1/(x² - 1)", 1 / (x**2 - 1), (-3, 3), [0]
-    yield "1/sin", 1 / sp.sin(x), (-3, 3), [-np.pi / 2, np.pi / 2]
     yield "log²", sp.log(x) ** 2, (0, 5), [1]
     yield "three poles", 1 / (x - 1) + 1 / (x + 1) - 2 / x, (-3, 4), [-1 / np.sqrt(3), 1 / np.sqrt(3)]
-    yield "cot", sp.cos(x) / sp.sin(x) + 2 * x, (R(1, 10), 3), [np.pi / 4, 3 * np.pi / 4]
     yield "1/x⁶ - cos", R(1, 10**6) / x**6 + x**2 / 2, (-1, 2), [-(6e-6 ** (1 / 8)), 6e-6 ** (1 / 8)]
 
 
@@ -100,10 +89,8 @@ def _multiple():
     """Double and triple zeros of ∂V/∂q: the search finds them and names those that it cannot prove."""
     yield "double", x**3 / 3, (-1, 2), [0]
     yield "triple", x**4 / 4, (-1, 2), [0]
-    yield "fivefold", x**6, (-1, 2), [0]
     yield "high and flat", x**20, (-2, 3), [0]
     yield "double and single", x**3 / 3 + 75 * x**4, (-1, R(3, 2)), [-1 / 300, 0]
-    yield "triple off 0", (x - R(1, 3)) ** 4, (-1, 2), [1 / 3]
     yield "double off 0", (x - R(1, 3)) ** 3, (-1, 2), [1 / 3]
     yield "x - sin x", x**2 / 2 + sp.cos(x), (-1, 2), [0]
     yield "double of a cosine", x - sp.sin(x), (-1, 7), [0, 2 * np.pi]

@@ -6,9 +6,8 @@ import sympy as sp
 from described import flow, model_of
 
 from sweeps.mechanics.derivation import derive
-from sweeps.mechanics.first_order import _solve_by_order, graph
+from sweeps.mechanics.first_order import graph
 from sweeps.mechanics.graph import Values
-from sweeps.mechanics.taylor import Code
 
 
 def value(g, e, numbers, place):
@@ -30,12 +29,6 @@ def test_a_base_and_its_negative_share_one_inverse_root():
         exact = float(e.subs(numbers).subs(dict(zip(flow.states, place, strict=True))))
         assert value(g, e, numbers, place) == pytest.approx(exact, rel=1e-14)
     assert len([k for k in g.nodes if k.kind == "function"]) == 1
-
-
-@pytest.mark.slow
-def test_a_pendulum_in_a_turning_plane_is_half_as_long_by_the_inverse():
-    flow = model_of("foucault").equations
-    assert len(Code(graph(flow)).text) < 0.5 * len(Code(_solve_by_order(flow)).text)
 
 
 def test_a_tangent_beside_its_sine_or_cosine_keeps_every_factor():

@@ -41,7 +41,7 @@ def slope(V, n=1):
     return [V.diff(s) for s in q[:n]]
 
 
-QUICK = [name for name in (KNOWN | MULTIPLE | FAINT) if name not in ("16 wells", "20 wells")]
+QUICK = [name for name in (KNOWN | MULTIPLE | FAINT) if name != "20 wells"]
 
 
 @pytest.mark.parametrize("name", repeated.but(QUICK, KNOWN | MULTIPLE | FAINT))
@@ -88,7 +88,7 @@ def test_a_search_that_is_cut_short_says_so(monkeypatch):
     assert zeros.certified[0] == TOO_LARGE
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("unit", [1e-12, 1.0, 1e15])
 def test_polynomials_have_their_roots_in_any_unit(unit, seed):
     """Roots at random, some in close pairs; the polynomial is a product, so that they are known exactly."""
@@ -101,7 +101,7 @@ def test_polynomials_have_their_roots_in_any_unit(unit, seed):
     assert zeros.certified[0] == PROVED
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_trigonometric_polynomials_have_the_roots_of_their_companions(seed):
     """Σ a_k cos kx + b_k sin kx is a polynomial in exp(ix): NumPy's roots on the unit circle are its zeros."""
     rng = np.random.default_rng(seed)
@@ -165,7 +165,6 @@ def mueller_brown():
 
 ANGLE_BOUNDS = (-3.3, -3.3 + 2 * np.pi)  # one turn, off the round numbers
 SEVERAL = {
-    "torus 1 × 1": (sp.cos(x) + sp.cos(y), [ANGLE_BOUNDS] * 2, 4),
     "torus 3 × 5": (sp.cos(3 * x) + sp.cos(5 * y), [ANGLE_BOUNDS] * 2, 60),
     "torus 6 × 6": (sp.cos(6 * x) + sp.cos(6 * y), [ANGLE_BOUNDS] * 2, 144),
     "torus 6 × 6, coupled": (sp.cos(6 * x) + sp.cos(6 * y) + sp.cos(x - y) / 10, [ANGLE_BOUNDS] * 2, 144),
@@ -174,7 +173,6 @@ SEVERAL = {
     "Müller-Brown": (mueller_brown(), [(-1.5, 1.2), (-0.5, 2)], 5),
     "Hénon-Heiles": ((x**2 + y**2) / 2 + x**2 * y - y**3 / 3, [(-1.5, 1.6)] * 2, 4),
     "coupled quartics": ((x**4 + y**4) / 4 - (x**2 + y**2) / 2 + x * y / 10, [(-3, 3)] * 2, 9),
-    "coupled quartics, single": ((x**4 + y**4) / 4 + (x**2 + y**2) / 2 + x * y / 10, [(-3, 3)] * 2, 1),
     "Himmelblau": ((x**2 + y - 11) ** 2 + (x + y**2 - 7) ** 2, [(-6, 6)] * 2, 9),
     "six-hump camel": ((4 - 2.1 * x**2 + x**4 / 3) * x**2 + x * y + (4 * y**2 - 4) * y**2, [(-3, 3), (-2, 2)], 15),
     "magnetic pendulum": (  # over three magnets
@@ -191,7 +189,6 @@ SEVERAL = {
         [(-3.5, 3.6)] * 3,
         17,
     ),
-    "Duffing pair": ((x**2 - 1) ** 2 / 4 + (y**2 - 1) ** 2 / 4 + (x - y) ** 2, [(-2, 2.1)] * 2, 3),
     "three rods": (-3 * sp.cos(x) - 2 * sp.cos(y) - sp.cos(z), [ANGLE_BOUNDS] * 3, 8),
 }
 
