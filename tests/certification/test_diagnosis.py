@@ -3,6 +3,7 @@
 import numpy as np
 import planted_faults
 import pytest
+import repeated
 from scipy.spatial.transform import Rotation
 from trajectories import BRICK, BRICK_START, exact_rows, table, write_csv
 
@@ -16,32 +17,20 @@ QUICK = [  # these faults need searches that no test below reaches
 ]  # fmt: skip
 
 
-def planted(word, name, bodies=1):
-    """(columns, moments) of some bodies with a fault."""
-    for moments, start, q0, rng in planted_faults.bodies(bodies):
-        rows = exact_rows(moments, start, planted_faults.TIMES, q0)
-        yield planted_faults.kinds()[word][name](rows, moments, start, q0, rng), moments
-
-
 def certified(columns, moments, **options):
     return sweeps.certify(columns, list(map(float, moments)), **options).attrs
 
 
-@pytest.mark.parametrize(("word", "name"), QUICK)
-def test_a_planted_fault_is_found(word, name):
-    for columns, moments in planted(word, name):
-        facts = certified(columns, moments)
-        assert facts["diagnosis"][0] == word
-        assert len(facts["evidence"]) == len(facts["diagnosis"])
-        assert (facts["verdict"] == "pass") == (word == "none" or name == "missing")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("word", "name"), KINDS)
-def test_every_planted_fault_is_found(word, name):
-    """On the second body; `benchmarks/planted_faults.py` counts them on twenty."""
-    *_, (columns, moments) = planted(word, name, 2)
-    assert certified(columns, moments)["diagnosis"][0] == word
+@pytest.mark.parametrize("fault", repeated.but(QUICK, KINDS), ids=": ".join)
+def test_a_planted_fault_is_found(fault):
+    """On one body; `benchmarks/planted_faults.py` counts them on twenty."""
+    word, name = fault
+    ((moments, start, q0, rng),) = planted_faults.bodies(1)
+    rows = exact_rows(moments, start, planted_faults.TIMES, q0)
+    facts = certified(planted_faults.kinds()[word][name](rows, moments, start, q0, rng), moments)
+    assert facts["diagnosis"][0] == word
+    assert len(facts["evidence"]) == len(facts["diagnosis"])
+    assert (facts["verdict"] == "pass") == (word == "none" or name == "missing")
 
 
 def test_the_evidence_states_clock_delay_and_ratios():
