@@ -1,6 +1,6 @@
 """Bodies on orbits, against published charts, closed forms, and equations of their own in 30 digits and DOP853.
 
-POLHODE_ALL_CASES=1 has 60 bodies of each motion in place of 6 or 12, and follows 100 orbits in place of 8.
+POLHODE_ALL_CASES=1 has 60 bodies of each motion in place of 2 or 12, and follows 100 orbits in place of 8.
 """
 
 import itertools
@@ -18,9 +18,7 @@ from scipy.spatial.transform import Rotation
 import sweeps
 from kernels.flow.codes import REGIMES
 from sweeps import systems
-from sweeps.points.loading import read_sweep
 from sweeps.systems.orbit import equations, motion, presentation
-from sweeps.systems.orbit.scipy_trace import trace_by_scipy
 
 DIMORPHOS = {"a_over_b": 1.3, "b_over_c": 16 / 13}
 HYPERION = {"a_over_b": 190 / 145, "b_over_c": 145 / 114}
@@ -51,6 +49,7 @@ THOMSON = [  # K, spin, eccentricity, growth per orbit (Kane and Barba's problem
 def test_a_spinning_satellite_grows_as_published(K, spin, eccentricity, growth):
     ds = survey("spin_normal", K=K, spin=spin, eccentricity=eccentricity)
     assert agrees(ds, "growth_per_orbit", growth, 5e-10)  # half of the last printed digit
+    assert ds.reciprocity_residual < 1e-12  # the equations are Hamilton's
 
 
 def trace_of_quartic(linear, constant):
@@ -91,6 +90,7 @@ def test_librations_grow_out_of_the_plane_as_published(shape):
     amplitudes = np.radians([5, 10, 20, 30, 40, 50]).tolist()
     ds = survey("libration", a_over_b=shape[0], b_over_c=shape[1], amplitude=amplitudes)
     assert agrees(ds, "growth_per_orbit", LIBRATIONS[shape], 5e-7)  # half of the last printed digit
+    assert ds.reciprocity_residual.max() < 1e-12  # the equations are Hamilton's
     k = 3 * (shape[0] ** 2 - 1) / (shape[0] ** 2 + 1)
     period = [4 * mpmath.ellipk(math.sin(x) ** 2) / mpmath.sqrt(k) for x in amplitudes]
     np.testing.assert_allclose(ds.period, np.array(period, dtype=float), rtol=1e-14)  # some roundings
@@ -183,13 +183,16 @@ def exact_traces(motion, arguments, rate, steps):
     [
         ("synchronous", 0.3, 12, 30),
         pytest.param("synchronous", 0.85, 60 if ALL_CASES else 12, 100, marks=pytest.mark.slow),
-        pytest.param("libration", 1.57, 60 if ALL_CASES else 6, 100, marks=pytest.mark.slow),
+        pytest.param("libration", 1.57, 60 if ALL_CASES else 2, 100, marks=pytest.mark.slow),
     ],
 )
 def test_errors_contain_the_deviation_from_long_doubles(motion, most, count, steps):
-    """Amplitudes up to a quarter turn but 8e-4 rad, eccentricities up to 0.85; half of the bodies near the end."""
-    rng, ones = np.random.default_rng(3), np.ones(count)
-    points = {"a_over_b": rng.uniform(1.02, 1.6, count), "b_over_c": rng.uniform(0.9, 1.6, count)}
+    """Amplitudes up to a quarter turn but 8e-4 rad, eccentricities up to 0.85; half of the bodies near the end.
+
+    The axes of a body that does not librate have any order.
+    """
+    rng, ones, shortest = np.random.default_rng(3), np.ones(count), 1.02 if motion == "libration" else 0.7
+    points = {"a_over_b": rng.uniform(shortest, 1.6, count), "b_over_c": rng.uniform(0.7, 1.6, count)}
     name = "amplitude" if motion == "libration" else "eccentricity"
     points[name] = np.where(
         np.arange(count) % 2, rng.uniform(1e-3, most, count), most - 10 ** rng.uniform(-4, -1, count)
@@ -246,42 +249,6 @@ WAYS = [  # motion, parameters of the motion, ways to give the same body
 def test_ways_to_give_a_body_agree(motion, values, ways):
     first, *traces = (survey(motion, **way, **values).trace.values for way in ways)
     np.testing.assert_allclose(traces, [first] * len(traces), rtol=1e-12)  # some roundings of the ratios, amplified
-
-
-@pytest.mark.parametrize(
-    ("motion", "grid"),
-    [
-        ("synchronous", {"I1": 1.1, "I2": 1.2, "I3": 0.9, "eccentricity": 0.2}),
-        ("spin_normal", {"K": 1.3, "spin": 0.37, "eccentricity": 0.4}),
-        ("spin_orbit", {"k1": 0.5, "k3": 0.1, "eccentricity": 0.15, "p": 0.5}),
-        ("libration", {"a_over_b": 1.2, "b_over_c": 0.9, "amplitude": 1.0}),
-        ("libration", {"a_over_b": 1.2, "b_over_c": 1.3, "amplitude": 1.3}),
-    ],
-)
-def test_bodies_in_any_order_agree_with_scipy(motion, grid):
-    ds = survey(motion, **grid)
-    assert ds.reciprocity_residual.max() < 1e-12  # the equations are Hamilton's
-    for plane in np.atleast_1d(ds.plane.values):
-        point = ds.sel(plane=plane) if ds.plane.ndim else ds
-        expected = trace_by_scipy({**{k: float(v) for k, v in grid.items()}, "plane": str(plane)})
-        assert abs(point.trace - expected) < 1e-9 * max(1, abs(expected)) + point.trace_error  # SciPy's tolerance
-
-
-REFUSED = {
-    "does not give a body": {"grid": {"I1": 1.0, "K": 1.0}},
-    "amplitude.* is no parameter of synchronous": {"grid": {"K": 1.0, "amplitude": 0.1}},
-    "amplitude.* is missing for libration": {"motion": "libration", "grid": {"K": 1.0}},
-    "has bodies without I1 = I2": {"motion": "spin_normal", "grid": {"k1": 0.1, "k3": 0.2, "spin": 1.0}},
-    "has no dynamics": {"motion": "libration", "planes": ["in_plane"], "grid": {"K": 1.0, "amplitude": 0.1}},
-    "does not determine": {"grid": {"asymmetry": 0.1}},
-    "out of range": {"grid": {"K": 1.0, "eccentricity": 0.99}},
-}
-
-
-@pytest.mark.parametrize("words", REFUSED)
-def test_definitions_that_mean_nothing_are_refused(words):
-    with pytest.raises(sweeps.DefinitionError, match=words):
-        read_sweep({"system": "orbit"} | REFUSED[words])
 
 
 def beletsky(anomaly, state, p, asymmetry, eccentricity):

@@ -150,34 +150,6 @@ def test_functions_with_a_name_of_their_own_are_taken(tmp_path, V, curvature):
     assert float(ds["omega_squared_reduced"]) == pytest.approx(2.0 * curvature, rel=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("grid", "message"),
-    [
-        ({"length": 0.0}, "grid.length: 0.0 is out of range"),
-        ({"lenght": 1.0}, "unknown key"),
-        ({"length": [1.0, True]}, "not a number"),
-        ({"epsilon": 1.5}, "epsilon"),
-    ],
-)
-def test_a_grid_refuses_what_its_parameters_do_not_allow(grid, message):
-    with pytest.raises(DefinitionError, match=message):
-        read_sweep(small("pendulum", **grid))
-
-
-@pytest.mark.parametrize(
-    ("direction", "message"),
-    [
-        ([1.0], r"integration\.direction: \[1\.0\] has 1 numbers; allowed: 2, of theta1, theta2"),
-        ([0.0, 0.0], r"integration\.direction: \[0\.0, 0\.0\] has no direction.*; allowed: .* not all 0"),
-        ([1.0, "x"], r"integration\.direction\[1\]: .* is text"),
-        (1.0, r"integration\.direction: 1\.0 is not a list; allowed: direction of the perturbation"),
-    ],
-)
-def test_a_direction_is_refused_in_words(direction, message):
-    with pytest.raises(DefinitionError, match=message):
-        read_sweep(small("double_pendulum") | {"integration": {"direction": direction}})
-
-
 def test_a_wide_swing_of_a_pendulum_is_stable_and_its_errors_hold():
     """The error covers the bias by the perturbation, not the scatter alone, up to 57°."""
     epsilon = np.array([0.1, 0.32, 0.5, 0.7, 0.99])
@@ -202,10 +174,6 @@ def test_a_degenerate_place_has_the_frequency_of_its_amplitude_where_it_is_asked
     assert (error <= 1e-3 * frequency).all()
     assert np.isnan(bottom["degenerate_frequency"].values[1]).all()
     assert bottom["degenerate_amplitude"].values[0] == pytest.approx([0.02, 0.01], rel=1e-3)
-    with pytest.raises(
-        DefinitionError, match="degenerate: true is given for 2 coordinates; allowed: false, or a system"
-    ):
-        sweeps.survey({"system": "double_pendulum", "integration": {"degenerate": True}})
 
 
 @pytest.mark.slow

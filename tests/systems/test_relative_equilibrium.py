@@ -8,8 +8,6 @@ from matplotlib.figure import Figure
 
 import sweeps
 from sweeps import systems
-from sweeps.points.loading import read_definition
-from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.relative_equilibrium import system as relative
 from sweeps.systems.relative_equilibrium.presentation import figure_flat_spin, figure_spectra
 from sweeps.systems.relative_equilibrium.system import INVARIANTS, REGIMES, VARIABLES
@@ -47,12 +45,6 @@ def test_a_spring_with_damping_is_a_relative_equilibrium():
     words = [REGIMES[k + 1] for k in ds["regime"].isel(eigenvalue=0).values]
     assert words == ["unstable", "asymptotically_stable", "asymptotically_stable"]
     assert type(systems.of_map(ds)) is relative.RelativeEquilibrium
-
-
-def test_what_is_wrong_with_a_definition_is_refused():
-    for grid, more in (({"spin": 1.0}, {}), ({"epsilon": 2.0}, {}), ({}, {"integration": {"runs": 9}})):
-        with pytest.raises(DefinitionError, match="allowed"):
-            read_definition({"system": "sleeping_top", "grid": grid} | more)
 
 
 def test_pictures(top):
