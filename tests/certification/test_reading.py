@@ -7,7 +7,6 @@ from scipy.spatial.transform import Rotation
 from trajectories import BRICK, BRICK_START, exact_rows, table, write_aem, write_csv
 
 import sweeps
-from sweeps.__main__ import main
 
 TIMES = np.linspace(5.0, 15.0, 41)
 # Rounding of 17 digits, of degrees and of Euler angles: some 1e-15 rad, each amplified tenfold over the motion.
@@ -123,17 +122,6 @@ def test_q_and_minus_q_are_one_attitude_and_rows_may_be_unevenly_spaced():
     motion = exact_rows(BRICK, BRICK_START, uneven - uneven[0])
     motion["q"] *= np.random.default_rng(6).choice([-1.0, 1.0], 50)[:, None]
     assert certify_motion(table(motion | {"t": uneven}))[1] < ROUNDING
-
-
-@pytest.mark.parametrize("suffix", ["csv", "nc", "aem"])
-def test_a_motion_that_we_write_passes(suffix, tmp_path):
-    path = tmp_path / f"spin.{suffix}"
-    assert main(["motion", "--moments", "1", "2", "3", "--omega", "0.1", "-1", "0.2", "-o", str(path)]) == 0
-    facts = sweeps.certify(path, [1.0, 2.0, 3.0]).attrs
-    assert facts["verdict"] == "pass"
-    assert suffix != "aem" or "\nCOMMENT I3 = 3 kg m2\n" in path.read_text()
-    assert {entry.partition("=")[0] for entry in facts["columns"]} == {"time", "attitude", "rates"}
-    assert max(facts["attitude_error_max_rad"], facts["rates_error_max_relative"]) < ROUNDING
 
 
 @pytest.mark.parametrize(

@@ -103,14 +103,11 @@ ATTEMPTS = {
 }
 
 
-@pytest.mark.parametrize("forks", [True, pytest.param(False, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("what", ATTEMPTS)
-def test_a_reader_in_a_child_can_reach_nothing_else(tmp_path, monkeypatch, what, forks):
+def test_a_reader_in_a_child_can_reach_nothing_else(tmp_path, monkeypatch, what):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sandbox, "FORKS", forks)
-    if forks:
-        with pytest.raises(sandbox.ChildError):
-            sandbox.run_in_child(lambda: {"done": str(ATTEMPTS[what]())}, 1)
+    with pytest.raises(sandbox.ChildError):
+        sandbox.run_in_child(lambda: {"done": str(ATTEMPTS[what]())}, 1)
     assert not list(tmp_path.iterdir())
 
 
