@@ -175,9 +175,8 @@ def words_by_hand(tensors, direction):
     return np.bincount(order, minlength=3) / len(order)
 
 
-@pytest.mark.parametrize(("axis", "count"), [(2, 2 * 10**5), pytest.param(3, 10**6, marks=pytest.mark.slow)])
-def test_probabilities_are_those_of_many_draws_of_the_whole_assembly(axis, count):
-    answer = sweeps.body(UNCERTAIN, axis=axis)
+def test_probabilities_are_those_of_many_draws_of_the_whole_assembly():
+    answer, count = sweeps.body(UNCERTAIN, axis=2), 2 * 10**5
     odds = answer.judged.odds
     tensors = draw_by_hand(count, 7)
     reference = words_by_hand(tensors, answer.judged.direction)
@@ -195,9 +194,8 @@ def test_probabilities_are_those_of_many_draws_of_the_whole_assembly(axis, count
     covariance = np.array(answer.entry["uncertainty"]["covariance"])
     entries = np.stack([tensors[:, i, j] for i, j in possible.ENTRIES.values()], axis=1)
     unit = np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
-    # variances of 1e6 draws of a distribution with tails: some 1 %
-    atol = 0.03 * math.sqrt(1e6 / count)
-    np.testing.assert_allclose(np.cov(entries, rowvar=False) / unit, covariance / unit, atol=atol)
+    # variances of 2e5 draws of a distribution with tails: some 2 %
+    np.testing.assert_allclose(np.cov(entries, rowvar=False) / unit, covariance / unit, atol=0.07)
 
 
 def test_the_largest_contribution_is_the_part_whose_exact_knowledge_helps_most():
