@@ -4,7 +4,7 @@ from collections.abc import Hashable
 from contextlib import suppress
 from itertools import accumulate, islice, product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import netCDF4
 import numpy as np
@@ -14,13 +14,9 @@ from sweeps import systems
 from sweeps.maps import validation
 from sweeps.process.files import replace_output
 from sweeps.process.machine import num_processors
-from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
 from sweeps.shards.content_hash import chunk_shape, hash_content
-
-if TYPE_CHECKING:
-    from sweeps.points.sweep import Sweep
 
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
@@ -105,12 +101,3 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
     """
     path = validation.map_of(path)
     return validation.require_variables(path, xr.open_dataset(path, engine=_Backend, **options))
-
-
-def holds_map(path: str | Path, sweep: "Sweep") -> bool:
-    """Return True if a file is the map of a sweep, measured by the present kernels."""
-    try:
-        with open_map(path) as ds:
-            return all(ds.attrs.get(name, "") == value for name, value in contract.identity(sweep).items())
-    except MapError:
-        return False

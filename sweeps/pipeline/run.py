@@ -13,7 +13,6 @@ from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
 
-from sweeps.maps import storage
 from sweeps.pipeline import claims, up_to_date
 from sweeps.pipeline.up_to_date import FIGURES, MAP, REPORT
 from sweeps.points import catalogue, compile_kernels
@@ -52,10 +51,13 @@ def run(
     with progress.announce(f"{definition}: deriving its equations"):
         plan = catalogue.plan_sweep(definition, results, check=False)
     sweep, folder = plan.sweep, Path(results) / plan.sweep.name
+    if not again and not up_to_date.find_outdated(folder, sweep):  # nothing is written, not even a claim
+        yield from (folder / name for name in up_to_date.OUTPUTS)
+        return
     with claims.claim_folders([sweep.name], results):
         claims.assign_to_definition(folder, definition, replace)
-        is_new = again or not storage.holds_map(folder / MAP, sweep)
-        outdated = {FIGURES, REPORT} if is_new else up_to_date.find_outdated(folder)
+        outdated = set(up_to_date.OUTPUTS) if again else up_to_date.find_outdated(folder, sweep)
+        is_new = MAP in outdated
         if outdated:
             progress.print_line(plan.intention(folder))
         if is_new:

@@ -1,9 +1,11 @@
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from calls import python
 
 import sweeps
 from sweeps.__main__ import main
@@ -40,8 +42,13 @@ def measured(monkeypatch):
         numbers.append(number)
         write(definition, number, *rest)
 
+    def write_empty_views(sweep, folder, *rest):  # pictures take seconds
+        (folder / "figures").mkdir(exist_ok=True)
+        (folder / "figures").touch()
+        (folder / "report.html").touch()
+
     monkeypatch.setattr(pipeline, "write_shard", count_shard)
-    monkeypatch.setattr(pipeline, "_write_views", lambda *_: None)  # pictures take seconds
+    monkeypatch.setattr(pipeline, "_write_views", write_empty_views)
     return numbers
 
 
@@ -53,6 +60,10 @@ def test_a_script_of_one_line_is_run_once(mine):
     run = subprocess.run([sys.executable, "script.py"], capture_output=True, text=True, check=True)
     assert run.stdout == "begun\n"
     assert list(Path("results/mine/figures").glob("*.png"))
+    finished = 'import sys; from sweeps.__main__ import main; main(["run", "mine.yaml"]); print(*sys.modules)'
+    modules = python(finished).split()
+    assert modules[:3] == [f"results/mine/{name}" for name in up_to_date.OUTPUTS]
+    assert not {"xarray", "numba", "matplotlib", "pandas", "scipy"} & set(modules)  # an answer within 0.5 s
 
 
 @pytest.mark.slow
@@ -108,12 +119,14 @@ def test_what_is_finished_is_not_made_again(mine, measured):
     (folder / "3-of-3.nc").write_bytes((folder / "2-of-3.nc").read_bytes()[:500])
     make_files(mine)
     assert measured == [1, 3]
-    before = {path: path.stat().st_mtime_ns for path in Path("results/mine").rglob("[!.]*")}
-    folder.mkdir()
-    make_files(mine)
+    before = {path: path.stat().st_mtime_ns for path in [Path("results/mine"), *Path("results/mine").rglob("*")]}
+    (claim,) = claims.claim(["mine"])  # a folder that cannot be claimed, like one that cannot be written
+    assert make_files(mine) == [Path("results/mine") / name for name in up_to_date.OUTPUTS]
     assert measured == [1, 3]
-    assert not folder.exists()
-    assert {path: path.stat().st_mtime_ns for path in Path("results/mine").rglob("[!.]*")} == before
+    os.close(claim)
+    after = {path: path.stat().st_mtime_ns for path in [Path("results/mine"), *Path("results/mine").rglob("*")]}
+    changed_paths = {path.name for path in after if after[path] != before.get(path)}
+    assert changed_paths == {claims.CLAIM}  # by the claim of this test
     make_files(mine, again=True)
     assert measured == [1, 3, 1, 2, 3]
 
