@@ -1,4 +1,4 @@
-"""Every command of README.md, and of the handbook's pages that are not run when it is built, run in a copy."""
+"""Every command of README.md, and of the handbook's pages that are not run when it is built, run in a folder."""
 
 import re
 import shlex
@@ -8,13 +8,14 @@ import compiled
 import pytest
 
 import sweeps
+from sweeps.__main__ import main
 from sweeps.maps import storage
 
 ROOT = Path(__file__).parents[1]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
 HOWTO = ("bodies", "parts", "robots", "check-cases", "points", "python", "report")
-PAGES = (*(f"howto/{name}" for name in HOWTO), "tutorials/cluster")
-TEXT = "\n".join([README, *((ROOT / f"sweeps/handbook/text/{page}.md").read_text(encoding="utf-8") for page in PAGES)])
+PAGES = ("README", *(f"sweeps/handbook/text/howto/{n}" for n in HOWTO), "sweeps/handbook/text/tutorials/cluster")
+TEXTS = {page: (ROOT / f"{page}.md").read_text(encoding="utf-8") for page in PAGES}
+TEXT = "\n".join(TEXTS.values())
 BLOCK = re.compile(r"(?:<!-- run by (\S+) -->\n\n)?```sh\n(.*?)```", re.DOTALL)
 ELSEWHERE = {
     "python3 -m venv": ".ci/run",
@@ -23,69 +24,50 @@ ELSEWHERE = {
 }
 
 
-def commands():
-    """The lines of the shell blocks that are not run elsewhere."""
-    for place, text in BLOCK.findall(TEXT):
+def commands(page):
+    """Yield the lines of the shell blocks of a page that are not run elsewhere."""
+    for place, text in BLOCK.findall(TEXTS[page]):
         for line in text.splitlines():
-            elsewhere = place or next((where for start, where in ELSEWHERE.items() if line.startswith(start)), "")
-            if not elsewhere:
+            if not place and not line.startswith((*ELSEWHERE,)):
                 yield line
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """The repository, the default map, and the files that a reader of the README has."""
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The current folder, with a map and the files that a reader of the README has."""
     trimesh = pytest.importorskip("trimesh")
-    folder = compiled.copy_sources(tmp_path_factory.mktemp("readme"))
-    compiled.share(folder, folder / ".cache")
-    large = folder / "sweeps/definitions/gravity_gradient.yaml"
-    large.write_text(re.sub(r"num: \d+", "num: 9", large.read_text()))  # its points take minutes
-    trimesh.creation.box((0.27, 0.2, 0.01)).export(folder / "racket.stl")
-    (folder / "my.yaml").write_text(re.search(r"```yaml\n(title: A brick\n.*?)```", TEXT, re.DOTALL)[1])
-    (folder / "cubesat.yaml").write_text(re.search(r"```yaml\n(name: CubeSat\n.*?)```", TEXT, re.DOTALL)[1])
-    (folder / "parts.csv").write_text(re.search(r"```csv\n(.*?)```", TEXT, re.DOTALL)[1])
-    (folder / "arm.urdf").write_text(re.search(r"```xml\n(.*?)```", TEXT, re.DOTALL)[1])
-    (folder / "results/tennis_racket").mkdir(parents=True)
-    storage.write_map(sweeps.survey("tennis_racket", threads=2), folder / "results/tennis_racket/stability_map.nc")
-    return folder
-
-
-def run(folder, line):
-    program, *arguments = shlex.split(line)
-    module = {".venv/bin/python": [], ".venv/bin/snakemake": ["-m", "snakemake"], ".venv/bin/polhode": ["-m", "sweeps"]}
-    return compiled.run(folder, *module[program], *arguments)
-
-
-def make_what_it_reads(folder, line):
-    """A reader has run the line above it; a test may be alone, or in another process."""
-    for name in re.findall(r" results/(\w+)/stability_map.nc", line):
-        if not (folder / f"results/{name}/stability_map.nc").exists():
-            definition = f"{name}.yaml" if (folder / f"{name}.yaml").exists() else name
-            process = run(folder, f".venv/bin/polhode run {definition}")
-            assert process.returncode == 0, process.stderr
+    monkeypatch.chdir(tmp_path)
+    trimesh.creation.box((0.27, 0.2, 0.01)).export("racket.stl")
+    Path("my.yaml").write_text(re.search(r"```yaml\n(title: A brick\n.*?)```", TEXT, re.DOTALL)[1])
+    Path("cubesat.yaml").write_text(re.search(r"```yaml\n(name: CubeSat\n.*?)```", TEXT, re.DOTALL)[1])
+    Path("parts.csv").write_text(re.search(r"```csv\n(.*?)```", TEXT, re.DOTALL)[1])
+    Path("arm.urdf").write_text(re.search(r"```xml\n(.*?)```", TEXT, re.DOTALL)[1])
+    Path("results/tennis_racket").mkdir(parents=True)
+    storage.write_map(sweeps.survey("tiny"), "results/tennis_racket/stability_map.nc")
+    return tmp_path
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("line", list(commands()))
-def test_a_command_of_the_readme_does_what_it_says(folder, line):
-    make_what_it_reads(folder, line)
-    answer = run(folder, line)
-    assert answer.returncode == 0, answer.stderr
-    assert "Traceback" not in answer.stderr
+@pytest.mark.usefixtures("folder", "few_frames")
+@pytest.mark.parametrize("page", [page for page in PAGES if [*commands(page)]])
+def test_the_commands_of_a_page_do_what_it_says_in_their_order(page, capsys):
+    for line in commands(page):
+        program, *words = shlex.split(line)
+        assert program == ".venv/bin/polhode"
+        assert main(words) == 0, f"{line}: {capsys.readouterr().err}"
 
 
 @pytest.mark.slow
-def test_the_bodies_of_the_readme_are_a_definition(folder):
-    text = re.search(r"```yaml\n(bodies:\n.*?)```", TEXT, re.DOTALL)[1]
-    (folder / "real.yaml").write_text(text)
-    answer = run(folder, ".venv/bin/polhode check real.yaml")
-    assert answer.returncode == 0, answer.stderr
-    assert "Satellite: principal moments and axes" in answer.stdout
+@pytest.mark.usefixtures("folder")
+def test_the_bodies_of_the_readme_are_a_definition(capsys):
+    Path("real.yaml").write_text(re.search(r"```yaml\n(bodies:\n.*?)```", TEXT, re.DOTALL)[1])
+    assert main(["check", "real.yaml"]) == 0, capsys.readouterr().err
+    assert "Satellite: principal moments and axes" in capsys.readouterr().out
 
 
 @pytest.mark.slow
-def test_the_python_of_the_readme_runs(folder, monkeypatch):
-    monkeypatch.chdir(folder)
+@pytest.mark.usefixtures("folder")
+def test_the_python_of_the_readme_runs():
     exec(re.search(r"```python\n(import sweeps\n\nds = .*?)```", TEXT, re.DOTALL)[1], {})
 
 
@@ -101,7 +83,7 @@ def test_what_runs_elsewhere_is_there():
 
 
 def test_links_and_pictures_of_the_readme_are_there():
-    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", README):
+    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", TEXTS["README"]):
         assert target.startswith("http") or (ROOT / target).exists(), target
 
 
