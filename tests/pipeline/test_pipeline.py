@@ -24,7 +24,7 @@ pytestmark = pytest.mark.usefixtures("few_frames")
 @pytest.fixture
 def mine(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.yaml").write_text(json.dumps({"grid": GRID, "shards": 3}))
+    (tmp_path / "mine.yaml").write_text(json.dumps(FEW | {"shards": 3}))
     return Path("mine.yaml")
 
 
@@ -72,7 +72,7 @@ def test_run_makes_what_the_workflow_makes(mine, capsys):
     output = capsys.readouterr()
     folder = Path("results/mine")
     assert output.out.split() == [str(folder / name) for name in ("stability_map.nc", "figures", "report.html")]
-    assert "24 of 36 points" in output.err or "36 of 36 points" in output.err
+    assert "8 of 12 points" in output.err or "12 of 12 points" in output.err
     with sweeps.open_map(folder / "stability_map.nc") as ds:
         assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
     assert {path.name for path in folder.iterdir()} == {
@@ -84,7 +84,7 @@ def test_run_makes_what_the_workflow_makes(mine, capsys):
 
 def test_a_run_announces_its_work_and_its_folder_or_is_quiet(mine, measured, capsys):
     assert main(["run", "mine.yaml", "--cores", "1", "-o", "elsewhere"]) == 0
-    assert capsys.readouterr().err.startswith("mine: 36 points of rigid_body, about ")
+    assert capsys.readouterr().err.startswith("mine: 12 points of rigid_body, about ")
     assert Path("elsewhere/mine/stability_map.nc").exists()
     assert not Path("results").exists()
     assert main(["run", "mine.yaml", "--cores", "1", "--again", "--quiet", "-o", "elsewhere"]) == 0
@@ -93,7 +93,7 @@ def test_a_run_announces_its_work_and_its_folder_or_is_quiet(mine, measured, cap
 
 
 def test_what_is_not_cut_is_written_at_once_unless_its_shard_is_there(mine, measured):
-    mine.write_text(json.dumps({"grid": GRID}))
+    mine.write_text(json.dumps(FEW))
     sweep = catalogue.plan_sweep(mine).sweep
     path, *_ = make_files(mine, cores=2)
     assert measured == []
