@@ -34,10 +34,7 @@ def test_errors_cover(kind):
 @pytest.mark.parametrize("name", ["pendulum", "rotating_saddle"])
 def test_errors_cover_in_random_definitions_of_described_systems(name):
     """A sample of `error_bars.py --only-described`."""
-    definitions = error_bars_described.random_tables(
-        6, 6, 3, max_samples=200, names=[name], integrations=error_bars.random_integration
-    )
-    ((_, table),) = definitions
+    ((_, table),) = error_bars_described.random_tables(6, 6, 3, max_samples=200, names=[name])
     ok = table["status"] == OK
     assert 0.3 < ok.mean() < 1.0
     assert not (table["wrong"] & ok).any()
@@ -46,6 +43,7 @@ def test_errors_cover_in_random_definitions_of_described_systems(name):
         ratio = table[column][ok]
         # the error of a rate contains the amplitude's shift, reached at large amplitudes: 1 and a rounding
         assert (ratio[np.isfinite(ratio)] <= 1.0 + 1e-6).all(), column
+        assert sum(f"| {column} |" in line for line in error_bars_described.lines([(name, table)])) == 1
 
 
 @pytest.mark.parametrize(("name", "definitions", "points", "seed"), [

@@ -1,7 +1,7 @@
 """Table of the error bars' coverage and sharpness and of marginal points, cell by cell.
 
     python tests/benchmarks/error_bars.py [--bodies 1000] [--points 300] [--definitions 2000] [--out results/benchmarks]
-    python tests/benchmarks/error_bars.py --only-definitions
+    python tests/benchmarks/error_bars.py --only-definitions     (or --only twist)
     python tests/benchmarks/error_bars.py --only-described
 
 Random bodies that can exist (second moments of mass uniform in 0.05-1), bodies with two moments 1e-1 to 1e-9 apart,
@@ -13,10 +13,9 @@ mode; the symmetric top. A cell is judged against linear theory, and the top's a
 * sharp: median of error over deviation, over deviations above 1e-14 of the value (of small oscillations: of the
   rate scale's square, for a free mode has the value 0); a dash without such points.
 
-Then random definitions of the rigid body, each parameter drawn over its whole allowed range, with random points: every
-column that has an error, against linear theory in 40 digits: random_motions.py.
-
-Last, the same of each described system that ships: error_bars_described.py.
+Then random definitions of bodies, each parameter drawn over its whole allowed range, with random points: every column
+that has an error, against theory in many digits: random_motions.py. Last, the same of each described system that ships:
+error_bars_described.py.
 """
 
 import argparse
@@ -27,7 +26,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
+sys.path[:0] = [str(Path(__file__).parents[k]) for k in (1, 2)]
+
+import described  # noqa: E402
+import error_bars_described  # noqa: E402
+import oscillators  # noqa: E402
+import random_motions  # noqa: E402
 
 from kernels.events import symmetric_top  # noqa: E402
 from kernels.flow.oscillations import MARGINAL  # noqa: E402
@@ -41,11 +45,6 @@ GAPS = tuple(10.0**-k for k in range(1, 10))
 PHASES = (0.6, 2.1)
 DEFAULT = "default sweep"
 SEEN = 1e-14  # relative deviation that is more than the rounding of the theory itself
-
-
-# Random definitions: kinds of bodies, and directions of the perturbation.
-BODIES = ("random", "near-symmetric", "flat", "rod", "symmetric", "sphere", "near a sphere", "impossible")
-DIRECTIONS = ("any", "decaying", "growing", "along an axis", "far")
 
 
 class Cell(NamedTuple):
@@ -127,64 +126,8 @@ def rigid(kind, count, epsilon, **options):
     return cells, float(np.mean(regime == linear.MARGINAL)), int(is_wrong.sum()), float(np.nanmedian(deviation))
 
 
-def random_bodies(random, count):
-    """Kind (a number of BODIES), relative gap or thickness, and moments (3, count) in any unit."""
-    kind = random.choice(len(BODIES), count, p=(0.3, 0.2, 0.12, 0.12, 0.08, 0.02, 0.08, 0.08))
-    masses = random.uniform(0.05, 1.0, (3, count))
-    gaps = 10.0 ** random.uniform(-16, -0.5, (2, count))
-    signed_gaps = gaps * random.choice([-1, 1], (2, count))
-    thin = np.where(random.random((2, count)) < 0.2, 0.0, gaps) * masses[1:]
-    x, y, z = masses
-    kinds = [BODIES.index(name) for name in ("near-symmetric", "symmetric", "sphere", "near a sphere", "rod")]
-    y = np.select([kind == k for k in kinds], [x * (1 + signed_gaps[0]), x, x, x * (1 + signed_gaps[0]), thin[0]], y)
-    z = np.select([kind == k for k in kinds[2:]], [x, x * (1 + signed_gaps[1]), gaps[1] * z], z)
-    z = np.where(kind == BODIES.index("flat"), thin[1], z)
-    masses = random.permuted(np.stack([x, y, z]), axis=0)
-    possible = np.roll(masses, -1, axis=0) + np.roll(masses, -2, axis=0)
-    moments = np.where(kind == BODIES.index("impossible"), 10.0 ** random.uniform(-3, 3, (3, count)), possible)
-    return kind, gaps[0], moments * np.where(random.random(count) < 0.5, 1.0, 10.0 ** random.uniform(-290, 290, count))
-
-
-def random_points(random, count):
-    """Return points over the whole allowed range, and the kinds of their bodies and directions."""
-    kind, gap, three = random_bodies(random, count)
-    axis, share = random.integers(1, 4, count), random.random(count)
-    spread = (10.0 ** random.uniform(-12, np.log10(0.9), count), random.uniform(0.02, 0.9, count))
-    epsilon = np.select([share < 0.45, share < 0.9], spread, 10.0 ** random.uniform(-300, -12, count))
-    powers = np.where(random.random(count) < 0.5, random.uniform(-1, 1, count), random.uniform(-150, 150, count))
-    omega0 = random.choice([-1, 1], count) * 10.0**powers
-    a, b, c = linear.moments_from_axis(*three, axis)
-    cb, rate = (c - a) / b, np.sqrt(np.maximum((c - a) / b * ((a - b) / c), 0.0))
-    towards = random.choice(len(DIRECTIONS), count, p=(0.4, 0.3, 0.1, 0.1, 0.1))
-    slope = [np.arctan2(side * rate, cb * np.sign(omega0)) for side in (-1, 1)]
-    along = random.integers(0, 4, count) * np.pi / 2
-    ways = (random.uniform(0, 2 * np.pi, count), *slope, along, 10.0 ** random.uniform(0, 15, count))
-    points = dict(zip(("I1", "I2", "I3"), three, strict=True)) | {"axis": axis, "omega0": omega0, "epsilon": epsilon}
-    points["phase"] = np.choose(towards, ways)
-    return points, {"body": kind, "gap": gap, "direction": towards, "unit": three.max(axis=0)}
-
-
-def random_integration(random, max_samples):
-    """How runs are made: any of the contract's ranges, with at most so many samples."""
-    from sweeps.systems.rigid_body.system import PROPAGATORS, RigidBodyIntegration
-
-    few_range, many_range = np.log([4, 40]), np.log([4, 1e3 if random.random() < 0.7 else 1e9])
-    per_rotation = int(np.exp(random.uniform(*(few_range if random.random() < 0.6 else many_range))))
-    samples = round(np.exp(random.uniform(np.log(8), np.log(max_samples))))
-    return RigidBodyIntegration(
-        rotations=samples / per_rotation,
-        samples_per_rotation=per_rotation,
-        tolerance=10.0 ** random.uniform(-13, -3),
-        propagator=str(random.choice([*PROPAGATORS])),
-        collapse=bool(random.random() < 0.2),
-    )
-
-
 def oscillations(name, count, epsilon):
     """Cells of each mode of a system of small oscillations that ships, by value, and how many regimes are wrong."""
-    import described
-    import oscillators
-
     model = described.model_of(name)
     values = described.points(model, count, oscillators.LIBRARY[name], epsilon=epsilon)
     columns = model.survey(values)
@@ -235,8 +178,6 @@ def _rigid_row(kind, epsilon, figures):
 
 
 def _oscillation_rows(count, decades, systems):
-    import oscillators
-
     yield ""
     yield "| system | ε | mode | measured | reduced | wrong, of all modes |"
     yield "|---|---|---|---|---|---|"
@@ -247,37 +188,28 @@ def _oscillation_rows(count, decades, systems):
                 yield f"| {name} | {epsilon:.0e} | {mode} | {' | '.join(map(str, cells.values()))} | {num_wrong} |"
 
 
-def lines_of_described(count, points=25, seed=1, names=None):
-    """Lines of the tables of described systems: so many random definitions of each, of so many places."""
-    import error_bars_described
-
-    yield from error_bars_described.lines(
-        error_bars_described.random_tables(count, points, seed, names=names, integrations=random_integration)
-    )
-
-
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bodies", type=int, default=1000, help="bodies of a kind, each about three axes, twice")
     parser.add_argument("--points", type=int, default=300, help="places of each system of small oscillations")
-    parser.add_argument("--definitions", type=int, default=2000, help="random definitions, 50 points each")
-    parser.add_argument("--only-definitions", action="store_true", help="leave out the other tables")
+    parser.add_argument("--definitions", type=int, default=2000, help="random definitions of each system")
+    parser.add_argument("--only-definitions", action="store_true", help="random definitions of bodies alone")
     parser.add_argument("--only-described", action="store_true", help="random definitions of described systems alone")
+    parser.add_argument("--only", choices=random_motions.COLUMNS, help="random definitions of this system alone")
     parser.add_argument("--seed", type=int, default=1, help="of the random definitions")
     parser.add_argument("--out", type=Path, help="folder for coverage.md")
     arguments = parser.parse_args(argv)
-    lines = []
+    count, seed, lines = arguments.definitions, arguments.seed, []
     print("each cell: cover, worst, sharp")
     every = []
-    if not (arguments.only_definitions or arguments.only_described):
+    if not (arguments.only or arguments.only_definitions or arguments.only_described):
         every += [rows(arguments.bodies, arguments.points), ("",)]
     if not arguments.only_described:
-        import random_motions
-
-        table = random_motions.random_definitions("rigid_body", arguments.definitions, 50, arguments.seed, 2e4)
-        every.append(random_motions.lines("rigid_body", table))
-    if not arguments.only_definitions:
-        every += [("",), lines_of_described(max(1, arguments.definitions // 60), seed=arguments.seed)]
+        names = [arguments.only] if arguments.only else random_motions.COLUMNS
+        every += [random_motions.lines_of(name, count, seed) for name in names]
+    if not (arguments.only or arguments.only_definitions):
+        tables = error_bars_described.random_tables(max(1, count // 60), 25, seed)
+        every.append(error_bars_described.lines(tables))
     for line in chain.from_iterable(every):
         print(line, flush=True)
         lines.append(line)

@@ -14,6 +14,7 @@ import described
 import mpmath
 import numpy as np
 import oscillators
+import random_motions
 import relative
 import sympy as sp
 from scipy.optimize import linear_sum_assignment
@@ -28,7 +29,6 @@ from sweeps.schema.refusals import DescriptionError
 
 DIGITS = 40
 ROUNDING_OF_40_DIGITS = 1e-18  # relative to the scale, rounding of 40 digits in a zero part of two equal eigenvalues
-DECADES = (1e-30, 1e-12, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 0.5)
 CLOSED = {"mass_ratio": (1e-6, 0.5), "k1": (-0.999, 0.999), "k3": (-0.999, 0.999), "tilt": (0.01, 3.13)}
 CLOSED |= {"exponent": (-1.95, 8.0), "axial_moment": (0.02, 1.98), "stiffness": (1.0, 2e4)}
 OSCILLATOR = ("omega_squared", "growth_rate", "frequency")
@@ -253,7 +253,7 @@ def flow(name, model, exact, random, integration, count):
     return row | {"withheld": grows & ~has_regime}
 
 
-def random_tables(count, points=20, seed=1, max_samples=400, names=None, integrations=None):
+def random_tables(count, points=20, seed=1, max_samples=400, names=None):
     """Yield the name of each system that ships, and the table of its random definitions: arrays over their points."""
     for name in (*oscillators.LIBRARY, *relative.RANGES) if names is None else names:
         kind = oscillator if name in oscillators.LIBRARY else flow
@@ -261,7 +261,7 @@ def random_tables(count, points=20, seed=1, max_samples=400, names=None, integra
         model = described.model_of(name)
         exact, tables = Exact(model), []
         for _ in range(count):
-            integration = integrations(random, max_samples)
+            integration = random_motions.random_integration(random, max_samples)
             try:
                 tables.append(kind(name, model, exact, random, integration, points))
             except DescriptionError:
@@ -275,31 +275,19 @@ def columns_of(table):
 
 
 def lines(tables):
-    """Lines of the tables: each column whole and in its worst decade of ε; then missing, marginal and wrong points."""
-    yield "| system | column | points | within the error | worst | least within, of a decade of ε | its worst |"
-    yield "|---|---|---|---|---|---|---|"
-    notes = []
+    """Lines of the tables: each column whole and in its worst tenth by ε; missing, marginal and wrong points."""
     for name, table in tables:
-        decade = np.searchsorted(DECADES, table["epsilon"], side="right") - 1
-        for column in columns_of(table):
-            ratio = table[column].reshape(len(decade), -1)
-            is_ok = np.isfinite(ratio) & (table["status"] == OK)[:, None]
-            by_decade = [(k, ratio[decade == k][is_ok[decade == k]]) for k in np.unique(decade)]
-            by_decade = [(k, entry) for k, entry in by_decade if entry.size]
-            if not by_decade:
-                continue
-            k, worst = min(by_decade, key=lambda entry: (np.mean(entry[1] <= 1.0), -entry[1].max()))
-            yield (
-                f"| {name} | {column} | {is_ok.sum():,} | {100 * np.mean(ratio[is_ok] <= 1.0):.3f} % | "
-                f"{ratio[is_ok].max():.2f} | {100 * np.mean(worst <= 1.0):.2f} % (from {DECADES[k]:.0e}) | "
-                f"{worst.max():.2f} |"
-            )
         ok = table["status"] == OK
-        notes.append(
-            f"{name}: {ok.size:,} points, {100 * ok.mean():.1f} % ok, {(table['wrong'] & ok).sum()} wrong regimes, "
+        yield from ("", f"{name}:", *random_motions.HEADER)
+        for column in columns_of(table):
+            ratio = table[column].reshape(ok.size, -1)
+            epsilon = np.repeat(table["epsilon"], ratio.shape[1])
+            ratio = np.where(np.isfinite(ratio) & ok[:, None], ratio, np.nan).ravel()
+            if not np.isnan(ratio).all():
+                yield random_motions.row_of(column, ratio, {"epsilon": epsilon})
+        yield (
+            f"{ok.size:,} points, {100 * ok.mean():.1f} % ok, {(table['wrong'] & ok).sum()} wrong regimes, "
             f"{100 * table['marginal'][ok].mean():.1f} % marginal, "
             f"{(table['withheld'] & ok).sum() if 'withheld' in table else 0} withheld at ten errors of growth, "
             f"{(table['missing'] & ok).sum()} missing with status ok"
         )
-    yield ""
-    yield from notes

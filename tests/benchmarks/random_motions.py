@@ -1,31 +1,23 @@
 """Errors of free bodies, throws, tumblers, symmetric tops and attitudes: random definitions, column by column.
 
-    python tests/benchmarks/random_motions.py [--definitions 2000] [--points 8] [--only twist] [--seed 1]
-
-Each parameter is drawn over its whole allowed range. Each column that has an error is compared with a reference that
-shares nothing with the kernels: of free bodies linear theory in 40 digits, of throws a Taylor series in long doubles
-(``tests/precise.py``), of tumblers and of the spin axis in space Legendre's integrals in 50 digits, of tops
-(I3/I1 - 1) omega3 in 200 digits. Each column has its coverage and its largest deviation over error, of all points and
-of the worst tenth (or kind) by any parameter. A value or an error that is missing must have a status that is not
-``ok``, and a regime that is not ``marginal`` must be that of the moments.
+Called by error_bars.py. Each parameter is drawn over its whole allowed range. Each column that has an error is
+compared with a reference that shares nothing with the kernels: of free bodies linear theory in 40 digits, of throws a
+Taylor series in long doubles (``tests/precise.py``), of tumblers and of the spin axis in space Legendre's integrals
+in 50 digits, of tops (I3/I1 - 1) omega3 in 200 digits. Each column has its coverage and its largest deviation over
+error, of all points and of the worst tenth (or kind) by any parameter. A value or an error that is missing must have
+a status that is not ``ok``, and a regime that is not ``marginal`` must be that of the moments.
 """
 
-import argparse
 import math
 import sys
-from pathlib import Path
 
 import mpmath as mp
 import numpy as np
+import precise
 
-sys.path[:0] = [str(Path(__file__).parents[k]) for k in range(3)]
-
-import error_bars  # noqa: E402
-import precise  # noqa: E402
-
-from kernels.estimator import statuses  # noqa: E402
-from kernels.events import tumbling  # noqa: E402
-from kernels.free import linear  # noqa: E402
+from kernels.estimator import statuses
+from kernels.events import tumbling
+from kernels.free import linear
 
 PERIODS = tumbling.PERIODS
 RATES = {"omega_squared": 0, "growth_rate": 1, "frequency": 2}  # columns by their theory
@@ -47,6 +39,10 @@ PARAMETERS = {
 }
 FASTEST = 20.0  # change of a racket, in L/I2: the series takes some ten steps in the time of one unit of it
 
+# Kinds of bodies, and directions of the perturbation.
+BODIES = ("random", "near-symmetric", "flat", "rod", "symmetric", "sphere", "near a sphere", "impossible")
+DIRECTIONS = ("any", "decaying", "growing", "along an axis", "far")
+
 
 def either_sign(random, count, low, high):
     """Numbers of either sign, evenly spread over the decades between two powers of ten."""
@@ -58,9 +54,62 @@ def spins(random, count):
     return 10.0 ** np.where(random.random(count) < 0.5, random.uniform(-1, 1, count), random.uniform(-150, 150, count))
 
 
+def random_bodies(random, count):
+    """Kind (a number of BODIES), relative gap or thickness, and moments (3, count) in any unit."""
+    kind = random.choice(len(BODIES), count, p=(0.3, 0.2, 0.12, 0.12, 0.08, 0.02, 0.08, 0.08))
+    masses = random.uniform(0.05, 1.0, (3, count))
+    gaps = 10.0 ** random.uniform(-16, -0.5, (2, count))
+    signed_gaps = gaps * random.choice([-1, 1], (2, count))
+    thin = np.where(random.random((2, count)) < 0.2, 0.0, gaps) * masses[1:]
+    x, y, z = masses
+    kinds = [BODIES.index(name) for name in ("near-symmetric", "symmetric", "sphere", "near a sphere", "rod")]
+    y = np.select([kind == k for k in kinds], [x * (1 + signed_gaps[0]), x, x, x * (1 + signed_gaps[0]), thin[0]], y)
+    z = np.select([kind == k for k in kinds[2:]], [x, x * (1 + signed_gaps[1]), gaps[1] * z], z)
+    z = np.where(kind == BODIES.index("flat"), thin[1], z)
+    masses = random.permuted(np.stack([x, y, z]), axis=0)
+    possible = np.roll(masses, -1, axis=0) + np.roll(masses, -2, axis=0)
+    moments = np.where(kind == BODIES.index("impossible"), 10.0 ** random.uniform(-3, 3, (3, count)), possible)
+    return kind, gaps[0], moments * np.where(random.random(count) < 0.5, 1.0, 10.0 ** random.uniform(-290, 290, count))
+
+
+def random_points(random, count):
+    """Return points over the whole allowed range, and the kinds of their bodies and directions."""
+    kind, gap, three = random_bodies(random, count)
+    axis, share = random.integers(1, 4, count), random.random(count)
+    spread = (10.0 ** random.uniform(-12, np.log10(0.9), count), random.uniform(0.02, 0.9, count))
+    epsilon = np.select([share < 0.45, share < 0.9], spread, 10.0 ** random.uniform(-300, -12, count))
+    powers = np.where(random.random(count) < 0.5, random.uniform(-1, 1, count), random.uniform(-150, 150, count))
+    omega0 = random.choice([-1, 1], count) * 10.0**powers
+    a, b, c = linear.moments_from_axis(*three, axis)
+    cb, rate = (c - a) / b, np.sqrt(np.maximum((c - a) / b * ((a - b) / c), 0.0))
+    towards = random.choice(len(DIRECTIONS), count, p=(0.4, 0.3, 0.1, 0.1, 0.1))
+    slope = [np.arctan2(side * rate, cb * np.sign(omega0)) for side in (-1, 1)]
+    along = random.integers(0, 4, count) * np.pi / 2
+    ways = (random.uniform(0, 2 * np.pi, count), *slope, along, 10.0 ** random.uniform(0, 15, count))
+    points = dict(zip(("I1", "I2", "I3"), three, strict=True)) | {"axis": axis, "omega0": omega0, "epsilon": epsilon}
+    points["phase"] = np.choose(towards, ways)
+    return points, {"body": kind, "gap": gap, "direction": towards, "unit": three.max(axis=0)}
+
+
+def random_integration(random, max_samples):
+    """How runs are made: any of the contract's ranges, with at most so many samples."""
+    from sweeps.systems.rigid_body.system import PROPAGATORS, RigidBodyIntegration
+
+    few_range, many_range = np.log([4, 40]), np.log([4, 1e3 if random.random() < 0.7 else 1e9])
+    per_rotation = int(np.exp(random.uniform(*(few_range if random.random() < 0.6 else many_range))))
+    samples = round(np.exp(random.uniform(np.log(8), np.log(max_samples))))
+    return RigidBodyIntegration(
+        rotations=samples / per_rotation,
+        samples_per_rotation=per_rotation,
+        tolerance=10.0 ** random.uniform(-13, -3),
+        propagator=str(random.choice([*PROPAGATORS])),
+        collapse=bool(random.random() < 0.2),
+    )
+
+
 def bodies(random, count):
     """Return moments in any unit and order, and their kinds."""
-    kind, gap, three = error_bars.random_bodies(random, count)
+    kind, gap, three = random_bodies(random, count)
     values = dict(zip(("I1", "I2", "I3"), three, strict=True)) | {"omega0": spins(random, count)}
     return values, {"body": kind, "gap": gap, "unit": three.max(axis=0)}
 
@@ -208,7 +257,7 @@ def integration_of(name, random, max_samples):
     from sweeps.systems.rigid_body.system import RigidBodyIntegration
     from sweeps.systems.symmetric_top.system import TopIntegration
 
-    like = error_bars.random_integration(random, max_samples)
+    like = random_integration(random, max_samples)
     if name == "rigid_body":
         return like
     length = {"rotations": like.rotations, "samples_per_rotation": like.samples_per_rotation}
@@ -245,7 +294,7 @@ def random_definitions(name, count, points, seed=1, max_samples=2e3):
     random, tables = np.random.default_rng(seed), []
     for _ in range(count):
         integration = integration_of(name, random, max_samples)
-        values, facts = GENERATORS.get(name, error_bars.random_points)(random, points)
+        values, facts = GENERATORS.get(name, random_points)(random, points)
         settings = {k: np.full(points, getattr(integration, k)) for k in PARAMETERS[name] if hasattr(integration, k)}
         tables.append({**system_of(name).columns(values, integration), **values, **facts, **settings})
     table = {k: np.concatenate([table_of[k] for table_of in tables]) for k in tables[0]}
@@ -290,32 +339,48 @@ def tenths(values):
     return np.clip(np.searchsorted(np.quantile(values, np.linspace(0, 1, 11)), values, side="right") - 1, 0, 9)
 
 
-def of_columns(table, columns, parameters):
-    """Lines of a table of random definitions: each column, whole and in its worst tenth by any parameter."""
-    yield "| column | points | within the error | worst | least within, of a tenth | its worst |"
-    yield "|---|---|---|---|---|---|"
-    for name in columns:
-        ratio = table[name]
-        has_value = ~np.isnan(ratio)
-        tenth_parts = [
-            (parameter, tenth, has_value & (tenths(table[parameter]) == tenth))
-            for parameter in parameters
-            for tenth in range(10)
-        ]
-        tenth_parts = [(p, t, ratio[selection]) for p, t, selection in tenth_parts if selection.any()]
-        parameter, tenth, worst = min(tenth_parts, key=lambda part: np.mean(part[2] <= 1.0))
-        yield (
-            f"| {name} | {has_value.sum():,} | {100 * np.mean(ratio[has_value] <= 1.0):.3f} % | "
-            f"{ratio[has_value].max():.2f} | "
-            f"{100 * np.mean(worst <= 1.0):.2f} % ({parameter}, {tenth + 1}) | {worst.max():.2f} |"
-        )
+HEADER = (
+    "| column | points | within the error | worst | least within, of a tenth | its worst |",
+    "|---|---|---|---|---|---|",
+)
+
+
+def row_of(label, ratio, parameters):
+    """Return the row of a column of deviations over errors, whole and in its worst tenth by any parameter.
+
+    Args:
+        label: text of its first cell.
+        ratio: deviations over errors, NaN without a value.
+        parameters: name → values.
+    """
+    has_value = ~np.isnan(ratio)
+    tenth_parts = [
+        (parameter, tenth, has_value & (tenths(values) == tenth))
+        for parameter, values in parameters.items()
+        for tenth in range(10)
+    ]
+    tenth_parts = [(p, t, ratio[selection]) for p, t, selection in tenth_parts if selection.any()]
+    parameter, tenth, worst = min(tenth_parts, key=lambda part: (np.mean(part[2] <= 1.0), -part[2].max()))
+    return (
+        f"| {label} | {has_value.sum():,} | {100 * np.mean(ratio[has_value] <= 1.0):.3f} % | "
+        f"{ratio[has_value].max():.2f} | "
+        f"{100 * np.mean(worst <= 1.0):.2f} % ({parameter}, {tenth + 1}) | {worst.max():.2f} |"
+    )
+
+
+def lines_of(name, count, seed):
+    """Yield the lines of the table of random definitions of one system: so many, of 8 points, of bodies 50."""
+    points, max_samples = (50, 2e4) if name == "rigid_body" else (8, 2e3)
+    yield from lines(name, random_definitions(name, count, points, seed, max_samples))
 
 
 def lines(name, table):
     """Lines of the table of one system."""
     spin = np.abs(table["omega0"]) if "spin" in PARAMETERS[name] else 0.0
     yield f"{name}:"
-    yield from of_columns(table | {"spin": spin}, COLUMNS[name], PARAMETERS[name])
+    yield from HEADER
+    parameters = {parameter: (table | {"spin": spin})[parameter] for parameter in PARAMETERS[name]}
+    yield from (row_of(column, table[column], parameters) for column in COLUMNS[name])
     if name == "rigid_body":
         marginal = np.mean(table["regime"] == linear.MARGINAL)
         yield f"{wrong_regimes(table).sum()} wrong regimes, {100 * marginal:.1f} % marginal"
@@ -325,20 +390,3 @@ def lines(name, table):
         f"{lost_in_silence(name, table).sum()} missing with status ok"
     )
     yield ""
-
-
-def main(arguments=None):
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--definitions", type=int, default=2000, help="random definitions of each system")
-    parser.add_argument("--points", type=int, default=8, help="points of a definition")
-    parser.add_argument("--only", choices=COLUMNS, help="one system")
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args(arguments)
-    for name in COLUMNS if options.only is None else (options.only,):
-        for line in lines(name, random_definitions(name, options.definitions, options.points, options.seed)):
-            print(line, flush=True)
-
-
-if __name__ == "__main__":
-    main()
