@@ -77,14 +77,6 @@ def test_dimensions_and_coordinates_of_bodies(mapping):
     assert list(grid.auxiliary["moments_are_ratios"][1]) == ["ratios" in body for body in bodies]
 
 
-def test_a_grid_of_one_point():
-    grid = read_sweep({"axes": [2], "grid": {"I1": 1, "I2": 2, "I3": 3, "omega0": -4}}).grid
-    assert grid.shape == (1,) * 7
-    assert {name: float(column[0]) for name, column in grid.points(0, 1).items()} == {
-        "axis": 2, "I1": 1, "I2": 2, "I3": 3, "omega0": -4, "epsilon": 1e-6, "phase": 0.6,
-    }  # fmt: skip
-
-
 @pytest.mark.parametrize("start", [0, 12345, 10**40, 3 * 10**52 - 100])
 def test_points_of_a_grid_beyond_64_bits(start):
     grid = read_sweep({"grid": HUGE}).grid
