@@ -104,7 +104,8 @@ def test_a_python_file_beside_a_frame_is_relative_to_the_current_folder(folder, 
     np.testing.assert_allclose(ds.frequency.values.ravel(), [1.0, 2.0], rtol=1e-6)  # epsilon² of the amplitude
 
 
-NEAREST, OTHER_MODES = 0, {"downward": 0x400, "upward": 0x800, "toward zero": 0xC00}  # of fesetround, x86-64
+NEAREST = 0  # number of the usual rounding mode in fesetround
+OTHER_MODES = {"downward": 0x400, "upward": 0x800, "toward zero": 0xC00}  # numbers of fesetround on x86-64
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="the numbers of the modes are those of x86-64")
