@@ -29,6 +29,13 @@ def theory_at(name, **values):
     return model.theory(dict(zip(model.system.parameters, columns, strict=True)) | {"equilibrium": equilibrium})
 
 
+def check_errors(columns, which=slice(None)):
+    """Check that the errors of eigenvalues cover the distance to theory, at points."""
+    for component in ("real", "imag"):
+        value, theory, error = (columns[f"eigenvalue_{component}{end}"][which] for end in ("", "_theory", "_error"))
+        assert (np.abs(value - theory) <= error).all()
+
+
 def _product(*factors):
     result = np.ones(1)
     for factor in factors:

@@ -127,16 +127,10 @@ def kernel_folder(checkout):
 @pytest.mark.parametrize(
     ("modules", "imports"),
     [
-        ("step", "statuses"),
-        ("spin", "step statuses"),
-        ("top", "step statuses"),
-        ("late", "top spin step statuses"),
         ("terse", "alone late top spin step statuses"),
         ("wordy", "alone top step statuses"),
         ("linear", ""),
         ("alone linear step", "statuses"),
-        ("free.elliptic", "free/__init__ statuses"),
-        ("free.exact", "free/__init__ free/elliptic spin step statuses"),
         ("body", "free/__init__ free/exact free/elliptic spin step statuses"),
     ],
 )

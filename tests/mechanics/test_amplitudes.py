@@ -36,12 +36,8 @@ def test_a_double_pendulum_that_saturates_is_refused_or_within_its_error():
     [
         ("foucault", {"drag": 0.0}, True),
         ("foucault", {"drag": 1e-3}, False),
-        ("rotating_saddle", {"drag": 0.0}, True),
-        ("rotating_saddle", {"drag": 0.02}, False),
         ("rotor", {}, False),
         ("lagrange_points", {}, True),
-        ("sleeping_top", {}, True),
-        ("viscous_slug", {}, False),
     ],
 )
 def test_eigenvalues_are_paired_where_the_equations_are_symmetric(name, values, has_pairs):
@@ -98,10 +94,9 @@ def test_eigenvalues_of_large_perturbations_are_those_of_zero_amplitude(name, ba
     model = described.model_of(name)
     columns = model.survey(described.points(model, 20, relative.RANGES[name], 4, epsilon=0.1))
     assert (columns["status"] == OK).all()
-    for component in ("real", "imag"):
-        error = columns[f"eigenvalue_{component}_error"]
-        assert (np.abs(columns[f"eigenvalue_{component}"] - columns[f"eigenvalue_{component}_theory"]) <= error).all()
-        assert np.median(error / columns["rate_scale"]) < bar
+    relative.check_errors(columns)
+    errors = [columns[f"eigenvalue_{part}_error"] / columns["rate_scale"] for part in ("real", "imag")]
+    assert np.median(errors, axis=1).max() < bar
 
 
 def test_errors_reach_an_eigenvalue_that_may_have_changed_places():
@@ -144,7 +139,4 @@ def test_eigenvalues_are_in_the_order_of_theorys_however_close_the_samples():
     model = described.model_of("gravity_gradient_damped")
     points = described.points_at(model, epsilon=3.1e-6, k1=-0.4656, k3=-0.8553, slug=0.0022, drag=0.0135)
     for samples in (16, 198):
-        columns = model.survey(points, 1.182, samples)
-        for component in ("real", "imag"):
-            value, theory, error = (columns[f"eigenvalue_{component}{end}"] for end in ("", "_theory", "_error"))
-            assert (np.abs(value - theory) <= error).all()
+        relative.check_errors(model.survey(points, 1.182, samples))

@@ -22,8 +22,7 @@ from sweeps.schema.refusals import DescriptionError
 from sweeps.systems import register_system
 from sweeps.systems.reintegration import rates_of
 
-QUICK = ("pendulum", "bead_on_hoop")  # the code of each further system takes ten seconds to compile
-EACH = [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY]
+EACH = repeated.but(("pendulum", "bead_on_hoop"), LIBRARY)  # the code of each further system takes long to compile
 PROMISED, MIN_RELATIVE_RATE = 1e-6, 1e-3  # largest relative error of ω², and the least |ω²|/S² at which it applies
 
 

@@ -12,7 +12,6 @@ from kernels.flow import oscillations as kernel
 from sweeps.mechanics import System, equilibria
 from sweeps.mechanics.model import Model
 
-QUICK = ("pendulum",)  # the code of each further system takes ten seconds to compile
 FACTORS = [(1e9, 1e20, 1e6), (1e-9, 1e-20, 1e-6), (1e9, 1e-20, 1e-6), (1e-9, 1e20, 1e6)]  # length, mass, time
 
 
@@ -153,7 +152,7 @@ UNITS = {  # parameter → exponents of length, mass and time
 }
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY])
+@pytest.mark.parametrize("name", repeated.but(("pendulum",), LIBRARY))  # further code takes long to compile
 def test_shipped_maps_do_not_know_the_units(name):
     model = model_of(name)
     exponents = {p: UNITS[p] for p in model.names}

@@ -17,8 +17,6 @@ from sweeps.mechanics.taylor import Code
 from sweeps.systems.reintegration import rates_of
 
 W = taylor.W
-QUICK = ("pendulum",)  # the code of each further system takes ten seconds to compile
-EACH = [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY]
 
 
 def scratch(model, columns, x, v, epsilon):
@@ -52,10 +50,8 @@ def test_order_is_twelve():
     assert slope == pytest.approx(-taylor.ORDER, abs=0.3)
 
 
-SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in relative.RANGES]
-
-
-@pytest.mark.parametrize("name", EACH + SLOW)
+# the code of each system but the pendulum takes long to compile
+@pytest.mark.parametrize("name", repeated.but(("pendulum",), [*LIBRARY, *relative.RANGES]))
 def test_full_motion_is_that_of_dop853(name):
     """Perturbations of 0.1 and of 0.01, which are far from linear, against SciPy on the symbolic rates."""
     model, epsilon = model_of(name), 0.1 if name in LIBRARY else 0.01
@@ -78,7 +74,7 @@ def test_full_motion_is_that_of_dop853(name):
     assert mine == pytest.approx(solution, abs=4e-10)
 
 
-@pytest.mark.parametrize("name", EACH)
+@pytest.mark.parametrize("name", repeated.but(("pendulum",), ("pendulum", "double_pendulum", "central_potential")))
 def test_energy_is_that_of_the_symbols(name):
     model = model_of(name)
     n, rng = model.equations.m, np.random.default_rng(6)
