@@ -4,10 +4,12 @@ import contextlib
 import hashlib
 import io
 import json
+import multiprocessing
 import os
 import random
 import resource
 import shutil
+import sys
 import traceback
 import warnings
 from functools import cache, partial
@@ -401,6 +403,21 @@ def run(words):
             status = 1
             traceback.print_exc()
     return status, out.getvalue(), err.getvalue()
+
+
+def run_in_room(function, extra_bytes):
+    """Call a function in a forked process that may take so many more bytes of addresses. Return its exit status."""
+    process = multiprocessing.get_context("fork").Process(target=_call_in_room, args=(function, extra_bytes))
+    process.start()
+    process.join(300)
+    return process.exitcode
+
+
+def _call_in_room(function, extra_bytes):
+    room = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize() + extra_bytes
+    resource.setrlimit(resource.RLIMIT_AS, (room, room))
+    resource.setrlimit(resource.RLIMIT_CPU, (60, 60))  # s
+    sys.exit(function())
 
 
 def describe_fault(name, status, out, err):

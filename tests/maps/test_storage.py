@@ -11,7 +11,6 @@ import h5py
 import netCDF4
 import numpy as np
 import pytest
-import repeated
 import xarray as xr
 from maps import assert_same_bits
 
@@ -89,12 +88,11 @@ def small():
 # The cut into shards and threads changes no bit
 
 
-CUTS = [(definition, *cut) for definition in (TINY, BODIES, POINTS) for cut in ((1, 2), (3, 1), (4, 2))]
-
-
-@pytest.mark.parametrize("case", repeated.but((CUTS[2], CUTS[7]), CUTS))
-def test_shards_and_threads_change_no_bit(case, tmp_path, monkeypatch):
-    definition, count, threads = case
+@pytest.mark.parametrize(
+    ("definition", "count", "threads"),
+    [(TINY, 4, 2), (POINTS, 3, 1), pytest.param(BODIES, 1, 2, marks=pytest.mark.slow)],
+)
+def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, monkeypatch):
     monkeypatch.setattr(content_hash, "CHUNK_POINTS", 50)  # so that a shard is many chunks, and shares some
     monkeypatch.setattr(sharding, "BLOCK_POINTS", 120)
     expected = dataset.survey_grid(definition)
@@ -176,6 +174,8 @@ def test_another_file_in_place_of_a_shard_is_refused(shards, tmp_path, change, w
 def test_shards_of_another_definition_and_maps_are_refused(shards, tiny_map, tmp_path):
     merge_is_refused(shards, tmp_path, shards[0].name, "definition", definition=BODIES)
     merge_is_refused([tiny_map], tmp_path, "first_point: is missing")
+    with pytest.raises(MapError, match="contract_version"):
+        sweeps.open_map(shards[0])
 
 
 # A write that fails
@@ -185,7 +185,6 @@ def full_disk(*_, **__):
     raise OSError(errno.ENOSPC, "No space left on device")
 
 
-@pytest.mark.parametrize("old", repeated.but([b"old"], [b"old", None]))
 @pytest.mark.parametrize(
     ("where", "what"),
     [
@@ -196,28 +195,23 @@ def full_disk(*_, **__):
         pytest.param("while flushing", "write_map", marks=pytest.mark.slow),
     ],
 )
-def test_a_failing_write_leaves_what_was_there(shards, tiny, tmp_path, monkeypatch, old, what, where):
+def test_a_failing_write_leaves_what_was_there(shards, tiny, tmp_path, monkeypatch, what, where):
     path = tmp_path / "map.nc"
-    if old is not None:
-        path.write_bytes(old)
+    path.write_bytes(b"old")
     if where == "while flushing":
         monkeypatch.setattr(os, "fsync", full_disk)
     else:
         monkeypatch.setattr(mapfile.MapFile, "put", full_disk)
         monkeypatch.setattr(xr.Dataset, "to_netcdf", full_disk)
     write = {
-        "shard": lambda: sharding.write_shard(TINY, 1, 9, path, 1, full_disk if where == "while writing" else len_of),
+        "shard": lambda: sharding.write_shard(TINY, 1, 9, path, progress=full_disk),
         "merge": lambda: merging.merge_shards(TINY, shards, path),
         "write_map": lambda: storage.write_map(tiny, path),
     }[what]
     with pytest.raises(OSError, match="No space left"):
         write()
-    assert [p.name for p in tmp_path.iterdir()] == (["map.nc"] if old else [])
-    assert old is None or path.read_bytes() == old
-
-
-def len_of(points):
-    assert points > 0
+    assert [p.name for p in tmp_path.iterdir()] == ["map.nc"]
+    assert path.read_bytes() == b"old"
 
 
 def test_a_disk_that_cannot_flush_is_no_failure(tmp_path, monkeypatch):
@@ -262,40 +256,20 @@ def test_open_map_takes_maps_of_its_contract_and_systems_alone(tiny, tmp_path, c
         sweeps.open_map(tmp_path / "map.nc")
 
 
-def test_a_shard_is_no_map(shards):
-    with pytest.raises(MapError, match="contract_version"):
-        sweeps.open_map(shards[0])
-
-
-def test_open_map_passes_options_on(tiny_map, tiny):
-    with sweeps.open_map(tiny_map, chunks={}) as ds:
-        assert ds.omega_squared.chunks
-        assert content_hash.content_hash(ds) == tiny.attrs["content_hash"]
-
-
 # Writing a Dataset
 
 
 @pytest.mark.parametrize(
-    "definition",
-    [
-        pytest.param(TINY, id="grid", marks=pytest.mark.slow),
-        pytest.param(BODIES, id="bodies"),
-        pytest.param(POINTS, id="points"),
-    ],
+    "definition", [pytest.param(TINY, id="grid", marks=pytest.mark.slow), pytest.param(POINTS, id="points")]
 )
-def test_write_map_of_a_lazy_dataset_gives_the_same_map(definition, tmp_path):
+def test_write_map_of_a_lazy_dataset_or_an_opened_map_gives_the_same_map(definition, tmp_path):
     expected = dataset.survey_grid(definition)
     written_hash = storage.write_map(dataset.survey_grid(definition, chunks=40), tmp_path / "map.nc")
     assert written_hash == content_hash.content_hash(expected)
     with storage.open_map(tmp_path / "map.nc") as ds:
         assert ds.attrs["content_hash"] == written_hash == content_hash.content_hash(ds)
         assert_same_bits(ds, expected)
-
-
-def test_an_opened_map_can_be_written_again(tiny_map, tiny, tmp_path):
-    with sweeps.open_map(tiny_map) as ds:
-        assert storage.write_map(ds, tmp_path / "again.nc") == tiny.attrs["content_hash"]
+        assert storage.write_map(ds, tmp_path / "again.nc") == written_hash
 
 
 def test_both_writers_deflate_the_same_variables(tiny_map, tiny, tmp_path):
@@ -304,18 +278,6 @@ def test_both_writers_deflate_the_same_variables(tiny_map, tiny, tmp_path):
         filters = {name: [file[name].filters()[k] for k in ("zlib", "shuffle")] for name in tiny for file in (file_a,)}
         assert filters == {name: [file_b[name].filters()[k] for k in ("zlib", "shuffle")] for name in tiny}
     assert {True, False} == {zlib for zlib, _ in filters.values()}
-
-
-def test_text_of_a_part_is_read_as_it_was(small, tmp_path):
-    ds_with_text = small.assign_coords(name=("y", ["a", "Mond, größer", "é"]))
-    written_hash = mapfile.write_part(ds_with_text, tmp_path / "part.nc", "slice")
-    with xr.open_dataset(tmp_path / "part.nc") as ds:
-        assert ds.equals(ds_with_text)
-        assert ds["name"].values.tolist() == ["a", "Mond, größer", "é"]
-        assert {*ds["value"].coords} == {"x", "name"}
-        assert np.isnan(ds["value"].encoding["_FillValue"])
-        assert "_FillValue" not in ds["x"].encoding
-        assert ds.attrs["content_hash"] == written_hash == content_hash.content_hash(ds_with_text)
 
 
 @pytest.mark.parametrize("has_chunks", [True, False])
@@ -338,22 +300,19 @@ def test_a_part_is_written_and_read_a_few_values_at_a_time(has_chunks, tiny, tmp
         assert hashes == {content_hash.content_hash(small)}
 
 
-def test_steps_across_chunks_read_what_was_written(tiny, tmp_path):
-    chunks = {name: {"chunksizes": [max(1, n // 2) for n in v.shape]} for name, v in tiny.items()}
-    tiny.drop_encoding().to_netcdf(tmp_path / "map.nc", encoding=chunks)
-    with open_map(tmp_path / "map.nc") as ds:
-        for selection in (slice(1, None), slice(None, 0, -1), slice(1, None, 2), slice(2, 2), -1):
-            box = {dim: selection for dim, size in tiny.sizes.items() if size > 2}
-            for name in ("omega_squared", "status"):
-                np.testing.assert_array_equal(ds[name].isel(box), tiny[name].isel(box))
-
-
 @pytest.mark.parametrize("writer", ["polhode", "xarray"])
 def test_a_part_is_opened_as_it_was_written(writer, tmp_path):
     """Text is written of any length by xarray, character by character by Polhode."""
     plane = dataset.survey_grid(BODIES).isel(axis=0)
     if writer == "polhode":
-        mapfile.write_part(plane, tmp_path / "part.nc", "part")
+        written_hash = mapfile.write_part(plane, tmp_path / "part.nc", "part")
+        with xr.open_dataset(tmp_path / "part.nc") as ds:
+            assert ds.equals(plane)
+            assert ds["body"].values.tolist() == plane["body"].values.tolist()
+            assert {*ds["regime"].coords} == {*plane["regime"].coords}
+            assert np.isnan(ds["growth_rate"].encoding["_FillValue"])
+            assert "_FillValue" not in ds["epsilon"].encoding
+            assert ds.attrs["content_hash"] == written_hash == content_hash.content_hash(plane)
     else:
         plane.to_netcdf(tmp_path / "part.nc")
     with open_map(tmp_path / "part.nc") as ds:
@@ -441,11 +400,7 @@ def flip(path):
     path.write_bytes(content)
 
 
-def empty(path):
-    path.write_bytes(b"")
-
-
-@pytest.mark.parametrize("damage", [cut, *(pytest.param(damage, marks=pytest.mark.slow) for damage in (flip, empty))])
+@pytest.mark.parametrize("damage", [cut, pytest.param(flip, marks=pytest.mark.slow)])
 def test_a_damaged_shard_is_measured_again_and_never_merged(shards, tiny, tmp_path, damage, capsys):
     copies = [shutil.copy(path, tmp_path / f"{k}-of-3.nc") for k, path in enumerate(shards, 1)]
     damage(copies[1])

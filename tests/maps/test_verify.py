@@ -64,7 +64,7 @@ def test_a_whole_map_holds(definition, tmp_path, capsys):
 
 
 def test_a_map_that_is_read_in_blocks_holds(tiny_map, monkeypatch):
-    monkeypatch.setattr(verify, "BLOCK_POINTS", 5)  # the map has 864 points
+    monkeypatch.setattr(verify, "BLOCK_POINTS", 100)  # the map has 864 points
     assert findings(tiny_map, points=30) == {}
 
 

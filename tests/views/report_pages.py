@@ -1,4 +1,7 @@
-"""Reports as text and in a browser: helpers of the tests of pages."""
+"""Reports as text and in a browser: helpers of the tests of pages.
+
+POLHODE_ALL_CASES=1 has further sweeps that ship.
+"""
 
 import json
 import re
@@ -7,6 +10,7 @@ from pathlib import Path
 
 import euler
 import numpy as np
+import repeated
 import xarray as xr
 
 import sweeps
@@ -90,11 +94,13 @@ def hostile(ds):
     return ds.assign_coords({name: [HOSTILE, *ds[name].values[1:].tolist()] for name in names})
 
 
-SHIPPED = [  # sweeps that ship, of each kind of system and of points, and of each form of pictures
-    *("mathieu", "paul_trap", "swing", "bead_on_hoop", "spherical_pendulum", "double_pendulum", "linear_triatomic"),
-    *("foucault", "gravity_gradient", "lagrange_points", "bodies", "breakdown", "cubesats", "rackets", "tennis_racket"),
-    *("symmetric", "tumblers", "tumbling", "twist", "kapitzas_racket"),
-]
+# sweeps that ship: one of each kind of system, further forms of pictures, and those like one of them
+KINDS_OF_SYSTEMS = ["mathieu", "bead_on_hoop", "foucault", "bodies", "rackets", "symmetric", "tumblers"]
+KINDS_OF_SYSTEMS += ["kapitzas_racket"]
+KINDS_OF_PICTURES = ["double_pendulum", "linear_triatomic", "gravity_gradient", "breakdown", "tennis_racket"]
+SIMILAR = ["paul_trap", "swing", "spherical_pendulum", "lagrange_points", "cubesats", "tumbling", "twist"]
+DRAWN = KINDS_OF_SYSTEMS + KINDS_OF_PICTURES + repeated.number([], SIMILAR)
+PLAYED = repeated.number(KINDS_OF_SYSTEMS, DRAWN)
 PATIENCE = 60  # s, the longest wait for an expected state on a busy machine
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgba_array
 from matplotlib.text import Text
-from report_pages import SHIPPED
+from report_pages import DRAWN
 
 import sweeps
 from sweeps.figure import sheets
@@ -75,9 +75,10 @@ def undrawn_entries(figure):
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("name", [x if x == "tumblers" else pytest.param(x, marks=pytest.mark.slow) for x in SHIPPED])
+@pytest.mark.parametrize("name", [x if x == "tumblers" else pytest.param(x, marks=pytest.mark.slow) for x in DRAWN])
 def test_no_text_of_a_picture_lies_on_another_and_legends_show_what_is_drawn(name, monkeypatch):
     monkeypatch.setattr(gallery, "MAX_CHEAP_POINTS", {})
+    monkeypatch.setattr(gallery, "MAX_GRID_POINTS", 400)
     values = gallery.reduce_points(plain(read_text(file_text(catalogue.shipped_files()[name]))))
     ds = figures.escape_dollars(sweeps.survey(values))
     for size in ("slide", "column"):  # the widest and the narrowest figure
