@@ -1,22 +1,24 @@
 """Free rotations in 60 digits, by closed forms and a Taylor series: makes the check cases that ship.
 
-`PYTHONPATH=. python tests/check_cases.py` writes `sweeps/systems/rigid_body/check_cases.nc` in a few minutes. All ways,
-three for different moments, else two, begin at exact decimals and share no formula but Euler's equations; rows are
-written if they agree to 1e-40.
+`PYTHONPATH=.:tests python tests/check_cases.py` writes `sweeps/systems/rigid_body/check_cases.nc` in a few minutes. All
+ways, three for different moments, else two, begin at exact decimals; the series shares no formula but Euler's equations
+with the closed forms. Rows are written if they agree to 1e-40.
 
 Signs: J w' = (J w) x w with moments J, q' = q (0, w)/2, q scalar first, from the body to space. Of the principal axes,
 s is the intermediate one, d that which the angular momentum encircles, c the third; m1 = 1 - m.
 """
 
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import mpmath as mp
 import numpy as np
+from precise import Textbook, taylor
 
 DIGITS, AGREEMENT, ROWS = 60, 1e-40, 1001
-TAYLOR_ORDER, BITS = 40, 240
+ORDER = 44  # of the Taylor series, which keeps 43 digits of these cases
 PATH = Path(__file__).parents[1] / "sweeps/systems/rigid_body/check_cases.nc"
 BOUND = 2.0**-52  # rad: each part of a quaternion is rounded by 2^-54, hence the attitude by four times that
 
@@ -71,7 +73,7 @@ def span(case):
     if len(set(case.moments)) == 2:
         a = next(i for i in range(3) if case.moments.count(case.moments[i]) == 1)
         return 20 * mp.pi / abs(w[a] * (J[a] - J[a - 1]) / J[a - 1])
-    top = Top(J, w)
+    top = Textbook(J, w)
     return (10 if "flips" in case.title else 40) * top.K / top.p
 
 
@@ -84,78 +86,47 @@ def step_of(case):
     return int(mp.ceil(least / mp.mpf(unit.numerator) * unit.denominator)) * unit
 
 
-class Top:
-    """Amplitudes of w_s = A_s sn u, w_c = A_c cn u, w_d = A_d dn u, u = p t + u0, for three moments."""
+def azimuth_by_third_kind(top):
+    """Return the azimuth of axis d about L as a function of the phase u, by an elliptic integral of the third kind."""
+    Is, Ic, Id = (top.moments[axis] for axis in top.roles)
+    n = -Id * (Is - Ic) / (Ic * (Id - Is))
+    complete = mp.elliprf(0, top.m1, 1) + n / 3 * mp.elliprj(0, top.m1, 1, 1 - n)
 
-    def __init__(self, J, w):
-        middle = sorted(range(3), key=lambda i: J[i])
-        s = middle[1]
-        self.twice_energy, self.L = J @ w**2, mp.norm(J * w)
-        excess = (J * (J - J[s])) @ w**2
-        d, c = (middle[2], middle[0]) if excess > 0 else (middle[0], middle[2])
-        sign = 1 if (s, c, d) in ((0, 1, 2), (1, 2, 0), (2, 0, 1)) else -1
-        Is, Ic, Id = J[s], J[c], J[d]
-        ks, kc, kd = sign * (Ic - Id) / Is, sign * (Id - Is) / Ic, sign * (Is - Ic) / Id  # w_s' = ks w_c w_d
-        ad2 = w[d] ** 2 - kd / ks * w[s] ** 2
-        as2 = w[s] ** 2 - ks / kc * w[c] ** 2
-        self.p = mp.sqrt(-kc * ks * ad2)
-        self.m = kc * kd * as2 / self.p**2
-        self.roles, self.moments = (s, c, d), (Is, Ic, Id)
-        self.A_s, self.A_d = mp.sqrt(as2), mp.sqrt(ad2) * (1 if w[d] >= 0 else -1)
-        self.A_c = self.p * self.A_s / (ks * self.A_d)
-        self.K = mp.ellipk(self.m)
-        angle = mp.atan2(w[s] / self.A_s, w[c] / self.A_c)
-        self.u0 = mp.ellipf(angle, self.m)
-
-    def rates(self, u):
-        """Angular velocity about axes 1, 2, 3."""
-        sn, cn, dn = (mp.ellipfun(kind, u, m=self.m) for kind in ("sn", "cn", "dn"))
-        w = [None] * 3
-        for axis, value in zip(self.roles, (self.A_s * sn, self.A_c * cn, self.A_d * dn), strict=True):
-            w[axis] = value
-        return w
-
-    def azimuth_by_third_kind(self, u):
-        """Azimuth of axis d about L, by an elliptic integral of the third kind."""
-        Is, Ic, Id = self.moments
-        n = -Id * (Is - Ic) / (Ic * (Id - Is))
-        turns = mp.nint(u / (2 * self.K))
-        v = u - 2 * turns * self.K
-        sn, cn, dn = (mp.ellipfun(kind, v, m=self.m) for kind in ("sn", "cn", "dn"))
+    def azimuth(u):
+        turns = mp.nint(u / (2 * top.K))
+        v = u - 2 * turns * top.K
+        sn, cn, dn = (mp.ellipfun(kind, v, m=top.m) for kind in ("sn", "cn", "dn"))
         third = sn * mp.elliprf(cn**2, dn**2, 1) + n / 3 * sn**3 * mp.elliprj(cn**2, dn**2, 1, 1 - n * sn**2)
-        if not hasattr(self, "complete"):
-            m1 = 1 - self.m
-            self.complete = mp.elliprf(0, m1, 1) + n / 3 * mp.elliprj(0, m1, 1, 1 - n)
-        return self.L / Id * (u / self.p + (Id / Ic - 1) * (third + 2 * turns * self.complete) / self.p)
+        return top.L / Id * (u / top.p + (Id / Ic - 1) * (third + 2 * turns * complete) / top.p)
 
-    def azimuth_by_theta_functions(self, u):
-        """The same by Jacobi's theta functions: Landau and Lifshitz, section 37, with both signs changed."""
-        _, Ic, Id = self.moments
-        if not hasattr(self, "nome"):
-            self.nome = mp.exp(-mp.pi * mp.ellipk(1 - self.m) / self.K)
-            LL = self.L**2
-            tangent = mp.sqrt(Id * (LL - self.twice_energy * Ic) / (Ic * (self.twice_energy * Id - LL)))
-            # sn(i x | m) = i tan(am(x | 1 - m)): x = 2 alpha K
-            self.alpha = mp.sign(Id - Ic) * mp.ellipf(mp.atan(tangent), 1 - self.m) / (2 * self.K)
-            log_slope = mp.jtheta(4, 1j * mp.pi * self.alpha, self.nome, 1) / mp.jtheta(
-                4, 1j * mp.pi * self.alpha, self.nome
-            )
-            self.mean = self.L / Ic + (1j * self.p * mp.pi / (2 * self.K) * log_slope).real
-        x = mp.pi * u / (2 * self.K)
-        half = mp.arg(
-            mp.jtheta(4, x - 1j * mp.pi * self.alpha, self.nome)
-        )  # of a real function of i alpha: a conjugate
-        return self.mean * u / self.p - half
+    return azimuth
+
+
+def azimuth_by_theta_functions(top):
+    """Return the same by Jacobi's theta functions: Landau and Lifshitz, section 37, with both signs changed."""
+    _, Ic, Id = (top.moments[axis] for axis in top.roles)
+    nome, LL = mp.exp(-mp.pi * mp.ellipk(top.m1) / top.K), top.L**2
+    twice_energy = sum(moment * rate**2 for moment, rate in zip(top.moments, top.start, strict=True))
+    tangent = mp.sqrt(Id * (LL - twice_energy * Ic) / (Ic * (twice_energy * Id - LL)))
+    # sn(i x | m) = i tan(am(x | 1 - m)): x = 2 alpha K
+    alpha = mp.sign(Id - Ic) * mp.ellipf(mp.atan(tangent), top.m1) / (2 * top.K)
+    log_slope = mp.jtheta(4, 1j * mp.pi * alpha, nome, 1) / mp.jtheta(4, 1j * mp.pi * alpha, nome)
+    mean = top.L / Ic + (1j * top.p * mp.pi / (2 * top.K) * log_slope).real
+
+    def azimuth(u):  # the argument is that of a real function of i alpha: a conjugate
+        return mean * u / top.p - mp.arg(mp.jtheta(4, mp.pi * u / (2 * top.K) - 1j * mp.pi * alpha, nome))
+
+    return azimuth
 
 
 def closed_form(J, w0, times, azimuth):
-    """Rows of q and w by a closed form of three different moments; `azimuth` is a method of `Top`."""
-    top = Top(J, w0)
-    angle, d = getattr(top, azimuth), top.roles[2]
+    """Rows of q and w by a closed form of three different moments; `azimuth` is one of the functions above."""
+    top = Textbook(J, w0)
+    angle, d = azimuth(top), top.roles[2]
     along, e, f = _frame(J * w0, d)
     rows = []
-    for u in [top.u0 + top.p * t for t in times]:
-        w, turn = np.array(top.rates(u)), angle(u) - angle(top.u0)
+    for t in times:
+        w, turn = np.array(top(t)), angle(top.u0 + top.p * t) - angle(top.u0)
         space = np.array([along, mp.cos(turn) * e + mp.sin(turn) * f, mp.cos(turn) * f - mp.sin(turn) * e])
         rows.append([*quaternion(space.T @ _frame(J * w, d)), *w])
     return rows
@@ -204,43 +175,11 @@ def two_turns(J, w0, times):
     return rows
 
 
-def taylor_series(J, w0, times):
-    """Rows by Taylor series of Euler's equations and of q' = q (0, w)/2, in whole numbers of 2^-BITS."""
-    one = 1 << BITS
-    whole = np.vectorize(lambda x: int(mp.nint(x * one)), otypes=[object])
-    k = (np.roll(J, -1) - np.roll(J, -2)) / J
-    state, k_whole = whole([1, 0, 0, 0, *w0]), whole(k)
-    rows, now = [state * mp.mpf(1) / one], times[0]
-    size = mp.norm(w0) * max(1, *np.abs(k))
-    for t in times[1:]:
-        steps = int(mp.ceil((t - now) * size * 8))
-        h = whole((t - now) / steps).item()
-        for _ in range(steps):
-            state = _taylor_step(state, k_whole, h)
-        now = t
-        rows.append(state * mp.mpf(1) / one)
-    return rows
-
-
-def _taylor_step(state, k, h):
-    """One step of the order TAYLOR_ORDER; coefficients are multiplied by powers of h."""
-    series = state[None]
-    for n in range(1, TAYLOR_ORDER + 1):
-        p = series.T @ series[::-1, 4:] >> BITS  # coefficients of the products of q and w, in rows, with w
-        vector = [p[0, 0] + p[2, 2] - p[3, 1], p[0, 1] + p[3, 0] - p[1, 2], p[0, 2] + p[1, 1] - p[2, 0]]
-        new_q = np.array([-np.trace(p[1:4]), *vector], dtype=object)
-        new_w = k * np.array([p[5, 2], p[6, 0], p[4, 1]], dtype=object) >> BITS
-        new = [*((new_q * h >> BITS) // (2 * n)), *((new_w * h >> BITS) // n)]
-        series = np.vstack([series, np.array(new, dtype=object)])
-    return series.sum(axis=0)
-
-
 def closed_forms(case):
     """The closed forms of a case, functions of moments, start and times: two for three different moments."""
     if len(set(case.moments)) < 3:
         return (two_turns,)
-    names = ("azimuth_by_third_kind", "azimuth_by_theta_functions")
-    return tuple((lambda *start, name=name: closed_form(*start, name)) for name in names)
+    return tuple(partial(closed_form, azimuth=each) for each in (azimuth_by_third_kind, azimuth_by_theta_functions))
 
 
 def distance(rows, others):
@@ -263,7 +202,7 @@ def make(case, stride=1):
     """
     mp.mp.dps = DIGITS
     start, times = start_of(case), times_of(case)
-    found = taylor_series(*start, times)
+    found = [[*row[3:], *row[:3]] for row in taylor(*start, times, ORDER, with_attitude=True)]
     apart = [distance(found[::stride], form(*start, times[::stride])) for form in closed_forms(case)]
     if max(apart) > AGREEMENT:
         raise ValueError(f"{case.name}: {[mp.nstr(x, 3) for x in apart]} apart")

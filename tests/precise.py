@@ -14,25 +14,32 @@ BITS = 220  # number of binary digits behind the point in :func:`taylor`
 def taylor(moments, start, times, order=44, with_attitude=False):
     """Return w at times in sequence, and the quaternion since the start, by Taylor series in fixed point.
 
-    Euler's equations and q' = q (0, w)/2 in integers: order 64 gives 48 digits, 44 some 32, 26 some 20. Rows are lists
-    of numbers of mpmath: w, then (with_attitude) q, scalar first.
+    Euler's equations and q' = q (0, w)/2 in integers: order 64 gives 48 digits, 44 some 32, 26 some 20. Moments, start
+    and times are doubles or numbers of mpmath. Rows are lists of numbers of mpmath: w, then (with_attitude) q, scalar
+    first.
     """
-    I1, I2, I3 = (Fraction(float(x)) for x in moments)
+    I1, I2, I3 = map(_fraction, moments)
     c = [(I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3]
-    size = max(abs(Fraction(float(x))) for x in start)
-    state = [int(Fraction(float(x)) / size * 2**BITS) for x in start] + [2**BITS, 0, 0, 0][: 4 * with_attitude]
+    size = max(abs(_fraction(x)) for x in start)
+    state = [int(_fraction(x) / size * 2**BITS) for x in start] + [2**BITS, 0, 0, 0][: 4 * with_attitude]
     scales = [int(x * 2**BITS) for x in c] + [2 ** (BITS - 1)] * 4
     longest = Fraction(1, 8) / max(Fraction(1, 10), *(abs(x) for x in c))
     unit = mp.mpf(size.numerator) / size.denominator / mp.mpf(2) ** BITS
     rows, now = [], Fraction(0)
     for time in times:
-        gap = Fraction(float(time)) * size - now
+        gap = _fraction(time) * size - now
         steps = math.ceil(abs(gap) / longest)
         for _ in range(steps):
             state = _taylor_step(state, scales, int(gap / steps * 2**BITS), order)
         now += gap
         rows.append([x * unit for x in state[:3]] + [mp.mpf(x) / mp.mpf(2) ** BITS for x in state[3:]])
     return rows
+
+
+def _fraction(x):
+    """Return a number of mpmath, or a double, as a fraction."""
+    sign, mantissa, exponent, _ = mp.mpf(x)._mpf_
+    return Fraction(-mantissa if sign else mantissa) * Fraction(2) ** exponent
 
 
 # The derivatives of w (components 0 to 2) and q (3 to 6) are sums of products: sign, and numbers of both components.

@@ -10,6 +10,7 @@ from fractions import Fraction
 import check_cases as made
 import mpmath as mp
 import numpy as np
+import precise
 import pytest
 import xarray as xr
 
@@ -41,6 +42,7 @@ def values(case):
 
 
 def test_thirteen_cases_begin_at_numbers_exact_in_decimal_and_binary(shipped):
+    mp.mp.dps = made.DIGITS
     assert list(shipped) == NAMES
     assert len(NAMES) == 13
     assert check_cases.PATH.stat().st_size < 2e6
@@ -75,7 +77,7 @@ def test_rows_are_those_of_mpmath_rounded(name, shipped):
 def test_parameters_are_those_that_the_titles_give():
     mp.mp.dps = made.DIGITS
     for name, complement in {"separatrix_2": 1e-2, "separatrix_6": 1e-6, "separatrix_12": 1e-12}.items():
-        m1 = 1 - made.Top(*made.start_of(CASES[name])).m
+        m1 = precise.Textbook(*made.start_of(CASES[name])).m1
         assert float(m1) == pytest.approx(complement / (1 + complement), rel=1e-14)  # rounding of one number
 
 
@@ -150,7 +152,7 @@ def test_cases_are_written_all_or_not_at_all(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES if ALL_CASES else ["sphere", "separatrix_12"])
+@pytest.mark.parametrize("name", NAMES if ALL_CASES else ["sphere", "separatrix_2"])
 def test_every_row_is_made_again(name, shipped):
     """All 1,001 rows by a Taylor series, with which the closed forms agree to 40 digits at each 50th row."""
     rows, apart = made.make(CASES[name], stride=50)
