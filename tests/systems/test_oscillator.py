@@ -1,12 +1,10 @@
 import pickle
-import subprocess
-import sys
 import uuid
-from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy as sp
+from calls import python
 
 import sweeps
 from kernels.compile.cache import cache_folder
@@ -16,8 +14,6 @@ from sweeps.points.loading import read_sweep
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.described import of_file, run_file
 from sweeps.systems.oscillator import system as oscillator
-
-ROOT = Path(__file__).parents[2]
 
 SPRING = """
 from sweeps.mechanics import System
@@ -63,8 +59,11 @@ def test_map_has_the_contracts_names_and_dimensions():
     assert ds["length"].attrs["units"] == "m"
 
 
-def test_a_file_is_a_system(spring):
-    ds = sweeps.survey(small(spring, stiffness=[-2.0, 0.5, 3.0]))
+def test_a_file_is_a_system_and_so_is_what_a_program_builds(spring):
+    ds, namespace = sweeps.survey(small(spring, stiffness=[-2.0, 0.5, 3.0])), {}
+    exec(SPRING.format(V="k * x**2 / 2"), namespace)
+    for name, column in sweeps.survey(small(namespace["system"], stiffness=[-2.0, 0.5, 3.0])).items():
+        np.testing.assert_array_equal(column, ds[name])
     assert ds["omega_squared"].values.ravel() == pytest.approx([-2.0, 0.5, 3.0], rel=1e-9)
     assert ds.attrs["system"] == spring
     assert ds.attrs["kernel_fingerprint"] == systems.resolve(spring).fingerprint()
@@ -126,14 +125,6 @@ def test_a_file_that_does_not_end_is_ended(tmp_path, monkeypatch):
         read_sweep(small(name, stiffness=2.0))
 
 
-def test_a_system_built_by_a_program_gives_what_its_file_gives(tmp_path):
-    name, namespace = write_description(tmp_path, SPRING.format(V="k * x**2 / 2")), {}
-    exec(SPRING.format(V="k * x**2 / 2"), namespace)
-    of_file, of_object = (sweeps.survey(small(system, stiffness=[1.0, 4.0])) for system in (name, namespace["system"]))
-    for variable in of_file.data_vars:
-        np.testing.assert_array_equal(of_file[variable], of_object[variable])
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("V", "curvature"),
@@ -184,9 +175,7 @@ def test_what_compile_was_told_of_is_compiled_for_good(tmp_path):
     definition.write_text(f"system: {tmp_path}/spring.py\ngrid: {{stiffness: 2.0}}\nshards: 1\n")
     name, dates = systems.resolve(f"{tmp_path}/spring.py")._code().name, []
     for arguments in (["compile", definition], ["shard", definition, "1", "1", "-o", tmp_path / "shard.nc"]):
-        command = [sys.executable, "-m", "sweeps", *arguments]
-        process = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-        assert process.returncode == 0, process.stderr
+        python("import sys; from sweeps.__main__ import main; sys.exit(main(sys.argv[1:]))", *arguments)
         dates.append([path.stat().st_mtime_ns for path in sorted(cache_folder().glob(f"code/{name}.*"))])
     assert len(dates[0]) == 2  # advance and energy
     assert dates[0] == dates[1]
