@@ -106,17 +106,17 @@ def bodies(seed, n, epsilon=None):
     return points(**parameters, axis=rng.integers(1, 4, n), epsilon=size, phase=rng.uniform(-4.0, 4.0, n))
 
 
-@pytest.mark.parametrize("inverse", [pytest.param(False, marks=pytest.mark.slow), True])
+@pytest.mark.parametrize("inverse", [False, True])
 def test_random_bodies_are_those_of_scipy(inverse):
-    parameters = bodies(1, 10, 1e-10)
+    parameters = bodies(1, 6, 1e-10)
     columns = equations.survey(parameters, inverse)
-    for k in range(10):
+    for k in range(6):
         expected = trace_by_scipy({name: values[k] for name, values in parameters.items()}, inverse)
         scale = max(1.0, abs(expected))
         assert abs(columns["trace_theory"][k] - expected) <= 1e-11 * scale  # DOP853 at 1e-13, some hundred steps
         if columns["status"][k] == statuses.OK:
             assert abs(columns["trace"][k] - expected) <= columns["trace_error"][k] + 1e-11 * scale
-    assert (columns["status"] == statuses.OK).sum() > 7
+    assert (columns["status"] == statuses.OK).sum() > 3
 
 
 @pytest.mark.parametrize("inverse", [False, True])
