@@ -18,7 +18,7 @@ import numpy as np
 from precise import Textbook, taylor
 
 DIGITS, AGREEMENT, ROWS = 60, 1e-40, 1001
-ORDER = 44  # of the Taylor series, which keeps 43 digits of these cases
+TAYLOR_ORDER = 44  # of the Taylor series, which keeps 43 digits of these cases
 PATH = Path(__file__).parents[1] / "sweeps/systems/rigid_body/check_cases.nc"
 BOUND = 2.0**-52  # rad: each part of a quaternion is rounded by 2^-54, hence the attitude by four times that
 
@@ -202,7 +202,7 @@ def make(case, stride=1):
     """
     mp.mp.dps = DIGITS
     start, times = start_of(case), times_of(case)
-    found = [[*row[3:], *row[:3]] for row in taylor(*start, times, ORDER, with_attitude=True)]
+    found = [[*row[3:], *row[:3]] for row in taylor(*start, times, TAYLOR_ORDER, with_attitude=True)]
     apart = [distance(found[::stride], form(*start, times[::stride])) for form in closed_forms(case)]
     if max(apart) > AGREEMENT:
         raise ValueError(f"{case.name}: {[mp.nstr(x, 3) for x in apart]} apart")
