@@ -18,7 +18,7 @@ import numpy as np
 from precise import Textbook, taylor
 
 DIGITS, AGREEMENT, ROWS = 60, 1e-40, 1001
-TAYLOR_ORDER = 44  # of the Taylor series, which keeps 43 digits of these cases
+TAYLOR_ORDER = 44  # order of the Taylor series: its rows agree with the closed forms to 8e-44 at least
 PATH = Path(__file__).parents[1] / "sweeps/systems/rigid_body/check_cases.nc"
 BOUND = 2.0**-52  # rad: each part of a quaternion is rounded by 2^-54, hence the attitude by four times that
 
@@ -120,7 +120,7 @@ def azimuth_by_theta_functions(top):
 
 
 def closed_form(J, w0, times, azimuth):
-    """Rows of q and w by a closed form of three different moments; `azimuth` is one of the functions above."""
+    """Rows of q and w by a closed form of three different moments; `azimuth` is a function above."""
     top = Textbook(J, w0)
     angle, d = azimuth(top), top.roles[2]
     along, e, f = _frame(J * w0, d)

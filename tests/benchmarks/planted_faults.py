@@ -2,7 +2,7 @@
 
     PYTHONPATH=.:tests python tests/benchmarks/planted_faults.py [--bodies 20] [--kinds torque,noise]
 
-Bodies are far from steady spins and from the separatrix, so that each fault can be told from the others.
+Bodies are far from steady spins and from the separatrix, so that each fault can be told apart.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""Words of the diagnosis: planted faults, sound files, ill-conditioned ones, and evidence with the right figures."""
+"""Words of the diagnosis: planted faults, sound and ill-conditioned files, and evidence with the right figures."""
 
 import numpy as np
 import planted_faults

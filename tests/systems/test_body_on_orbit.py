@@ -32,7 +32,7 @@ def survey(motion, planes=None, **grid):
 
 
 def agrees(ds, name, expected, digits=0.0):
-    """Return True if measured values agree with expected ones within their errors and printed digits."""
+    """Return True if measured and expected values agree within their errors and printed digits."""
     return np.all(np.abs(ds[name].values - expected) <= ds[f"{name}_error"].values + digits)
 
 

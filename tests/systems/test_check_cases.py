@@ -82,7 +82,7 @@ def test_parameters_are_those_that_the_titles_give():
 
 
 def test_the_brick_is_nasas(shipped):
-    """Rates and attitude after 30 s as three programs of others computed them from NASA's check case 2."""
+    """Rates and attitude after 30 s as three foreign programs computed them from NASA's check case 2."""
     row = values(shipped["brick"])[160]
     assert shipped["brick"].time[160] == 30.0
     q = [-0.881147185310424, 0.470182527766693, 0.0117282523248712, 0.0486875394720838]

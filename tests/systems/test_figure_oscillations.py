@@ -120,7 +120,7 @@ def test_each_name_of_a_curve_stands_at_its_curve(law, span):
         rate = LAWS[law](length[-1], value) if over else LAWS[law](value, g[-1])
         end = ax.transAxes.inverted().transform(ax.transData.transform((1.0, rate)))[1]
         places.append((end, text.xy[1]))
-    # names keep their distance from each other, and 3 digits of a value move an end by a hundredth
+    # names keep a distance, and 3 digits of a value move an end by a hundredth
     max_shift = figure_oscillations.MIN_LABEL_SPACING * (figure_oscillations.MAX_CURVES - 1) + 0.01
     assert all(abs(end - at) <= max_shift for end, at in places)
     ends = [round(end, 2) for end, _ in sorted(places, key=lambda place: place[1])]

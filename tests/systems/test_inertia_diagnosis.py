@@ -140,7 +140,7 @@ def test_the_nearest_body_is_scipys():
         target = np.tensordot(rng.normal(size=6), basis, 1)
         least = min(minimize(distance, rng.normal(size=6), (target,), tol=1e-10).fun for _ in range(3))
         nearest = inertia_diagnosis.nearest_possible(target)
-        # the minimiser's distance exceeds the least one by less than its tolerance
+        # the minimiser's distance exceeds the least distance by less than its tolerance
         assert np.sum((nearest - target) ** 2) == pytest.approx(least, rel=1e-6, abs=1e-9)
         assert np.linalg.eigvalsh(inertia.second_moments(nearest))[0] > -1e-12
 

@@ -273,7 +273,7 @@ def test_the_error_of_a_combination_is_that_of_drawn_periods():
 
 
 # ---------------------------------------------------------------------------------------------------------
-# A map like any other
+# Maps of observed periods
 
 
 @pytest.mark.slow

@@ -64,7 +64,7 @@ def test_kapitzas_racket_is_stable_and_without_modulation_is_not():
     assert np.hypot(columns["multiplier_real"], columns["multiplier_imag"]) == pytest.approx(1.0, abs=1e-14)
     still = equations.survey(points(I2=I2, frequency=0.3), True)
     assert still["growth_rate"][0] == pytest.approx(0.047434, abs=1e-6)
-    square = np.array([0.3, 0.54, 0.56]) ** 2  # the same a and q at other frequencies, as long as it is a body
+    square = np.array([0.3, 0.54, 0.56]) ** 2  # the same a and q at further frequencies, as long as it is a body
     I2 = 1.0 / (0.5 - 0.05 * square)
     faster = points(I2=I2, depth2=0.5 * square * I2, frequency=np.sqrt(square))
     assert equations.survey(faster, True)["trace"] == pytest.approx(2.0 * np.cos(0.156844738313 * np.pi), abs=1e-11)

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+import repeated
 from scipy import integrate, linalg, optimize, special
 
 import sweeps
@@ -168,17 +169,10 @@ ROUNDING = 0.51  # deviation in units of the last printed digit; the spline adds
 WORDS = re.compile(r"L4 and L5|only 6U is safe about axis 3|about axis 2")  # numerals that are names
 
 
-QUICK = (
-    "bodies",
-    "cubesats",
-    "gyrostat",
-    "mathieu",
-    "rackets",
-    "tennis_racket",
-)  # one of each kind; each takes seconds
+QUICK = ("bodies", "cubesats", "gyrostat", "mathieu", "rackets", "tennis_racket")  # a sweep of each kind
 
 
-@pytest.mark.parametrize("name", [pytest.param(k, marks=() if k in QUICK else pytest.mark.slow) for k in NUMBERS])
+@pytest.mark.parametrize("name", repeated.but(QUICK, NUMBERS))
 def test_numbers_of_the_sentence_are_those_of_theory(name):
     ds = sweeps.survey(gallery.reduce_points(plain(read_text(file_text(catalogue.shipped_files()[name])))))
     sentence = systems.presentation_of(ds).sentence(ds)
