@@ -12,25 +12,6 @@ from sweeps.mechanics.equilibria import FAMILY, PROVED
 from sweeps.mechanics.model import Model
 
 
-def particle_in_plane():
-    """A particle in a plane that turns, with drag in the plane and a force that follows the radius."""
-    system = System("Turning plane")
-    m = system.parameter("mass", "kg", default=2.0, positive=True)
-    k = system.parameter("stiffness", "N m-1", default=5.0)
-    c = system.parameter("drag", "kg s-1", default=0.3, positive=True)
-    W = system.parameter("spin_rate", "rad s-1", default=0.7)
-    x = system.coordinate("x", "m", bounds=(-1, 1))
-    y = system.coordinate("y", "m", bounds=(-1, 1))
-    vx, vy = system.velocity(x), system.velocity(y)
-    system.kinetic_energy(m * ((vx - W * y) ** 2 + (vy + W * x) ** 2) / 2)
-    system.potential(k * (x**2 + y**2) / 2)
-    system.dissipation(c * (vx**2 + vy**2) / 2)
-    system.force(x, -3 * y)
-    system.force(y, 3 * x)
-    system.equilibrium("centre", {x: 0, y: 0})
-    return system, (m, k, c, W), (x, y, vx, vy)
-
-
 def free_body(rates=True, **conserved):
     """Euler's equations in their own states."""
     system = System("Free body")
@@ -52,11 +33,18 @@ def energy(w, moments):
 
 
 def test_equations_are_those_of_a_hand():
-    """m x¨ = 2 m W y˙ + m W² x - k x - c x˙ - 3 y, and its twin."""
-    system, (m, k, c, W), (x, y, vx, vy) = particle_in_plane()
+    """In a plane that turns, with a force across the radius: m x¨ = 2 m W y˙ + m W² x - k x - c x˙ - 3 y, and y¨."""
+    system = particle(
+        lambda x, y, m, k, c, W: k * (x**2 + y**2) / 2,
+        "xy",
+        R=lambda vx, vy, m, k, c, W: c * (vx**2 + vy**2) / 2,
+        forces=lambda x, y, vx, vy, *_: (-3 * y, 3 * x),
+        kinetic=lambda x, y, vx, vy, m, k, c, W: m * ((vx - W * y) ** 2 + (vy + W * x) ** 2) / 2 - (vx**2 + vy**2) / 2,
+        **{"m": 2.0, "k": 5.0, "c": 0.3, "W": 0.7},
+    )
     equations = derive(system)
     assert not equations.natural
-    assert equations.states == (x, y, vx, vy)
+    (x, y, vx, vy), (m, k, c, W) = equations.states, equations.parameters
     forces = [
         2 * m * W * vy + m * W**2 * x - k * x - c * vx - 3 * y,
         -2 * m * W * vx + m * W**2 * y - k * y - c * vy + 3 * x,
