@@ -4,16 +4,16 @@ import numpy as np
 import sympy as sp
 
 
-def circle(radius=1.0, centre=(0, 0), corners=36) -> list[tuple]:
-    """Return the points of a closed circle in a plane, by its `radius`, `centre` and number of `corners`."""
+def circle(radius=1.0, corners=36) -> list[tuple]:
+    """Return the points of a closed circle about 0 in a plane, by its `radius` and number of `corners`."""
     angles = 2 * np.pi * np.arange(corners + 1) / corners
-    places = np.column_stack([np.cos(angles), np.sin(angles)]).round(6).tolist()
-    return [(centre[0] + radius * c, centre[1] + radius * s) for c, s in places]
+    places = np.column_stack([np.cos(angles), np.sin(angles)]).round(6) + 0.0  # no negative zeros
+    return [(radius * c, radius * s) for c, s in places.tolist()]
 
 
-def spring(start, end, width, turns=6) -> list[tuple]:
-    """Return the points of a spring along x from `start` to `end`, of half `width`, with so many `turns`."""
-    share = np.linspace(0.1, 0.9, 2 * turns + 1)
+def spring(start, end, width) -> list[tuple]:
+    """Return the points of a spring of six turns along x from `start` to `end`, of half `width`."""
+    share = np.linspace(0.1, 0.9, 13)
     middle = [(start + (end - start) * s, width * (-1) ** k) for k, s in enumerate(share.round(3).tolist())]
     return [(start, 0), (start + (end - start) * 0.08, 0), *middle, (start + (end - start) * 0.92, 0), (end, 0)]
 
@@ -29,8 +29,8 @@ def box(half, rotation=None) -> list[list]:
     return faces
 
 
-def cylinder(radius, low, high, rotation=None, tip=None, corners=16) -> list[list]:
-    """Return the faces of a cylinder or a cone about axis 3, rotated by a matrix.
+def cylinder(radius, low, high, rotation, tip=None) -> list[list]:
+    """Return the faces of a cylinder or a cone of 16 sides about axis 3, rotated by a matrix.
 
     Args:
         radius: radius at the high end.
@@ -38,11 +38,10 @@ def cylinder(radius, low, high, rotation=None, tip=None, corners=16) -> list[lis
         high: high end.
         rotation: rotation matrix; None for none.
         tip: radius at the low end; by default `radius`.
-        corners: number of corners of a rim.
     """
-    rim = circle(1.0, corners=corners)
+    rim = circle(corners=16)
     ends = [[(r * x, r * y, z) for x, y in rim] for r, z in ((radius if tip is None else tip, low), (radius, high))]
-    sides = [[ends[0][k], ends[0][k + 1], ends[1][k + 1], ends[1][k]] for k in range(corners)]
+    sides = [[ends[0][k], ends[0][k + 1], ends[1][k + 1], ends[1][k]] for k in range(16)]
     return [[_rotate_point(rotation, p) for p in face] for face in (*sides, ends[1][:-1], ends[0][-1:0:-1])]
 
 

@@ -753,12 +753,8 @@ class ParameterPath:
         return self.problem.bounds(self._at(share))[:, self.problem.free]
 
     def distance(self, a, b, width):
-        """Return the largest distance of any unknown of `a` and `b`, relative to its range `width`, shape (…,).
-
-        Periodic unknowns take the shorter way round.
-        """
-        distance = np.abs(a - b) / width
-        return np.where(self.periodic, np.abs(distance - np.round(distance)), distance).max(axis=-1)
+        """Return the largest distance of any unknown of `a` and `b`, relative to its range `width`, shape (…,)."""
+        return _largest_distance(a, b, width, self.periodic)
 
     def is_outside(self, place, bounds):
         """Return True for places outside the bounds of an unknown that is not periodic."""
@@ -776,12 +772,10 @@ def _interpolate_parameters(default, values, fraction):
     return np.where(fraction == 1.0, values, np.where(fraction == 0.0, default, between))
 
 
-def _relative_distances(problem, a, b, bounds):
+def _largest_distance(a, b, width, is_periodic):
     """Return the largest distance of any coordinate, relative to its range; the shorter way round if periodic."""
-    width = bounds[..., 1] - bounds[..., 0]
-    distance = np.abs(a - b) / np.where(width > 0.0, width, 1.0)
-    distance = np.where(problem.periodic, np.abs(distance - np.round(distance)), distance)
-    return np.where(np.isnan(b), 0.0, distance).max(axis=-1)
+    distance = np.abs(a - b) / width
+    return np.where(is_periodic, np.abs(distance - np.round(distance)), distance).max(axis=-1)
 
 
 def _assign_slots(problem, parameters, places):
@@ -791,13 +785,15 @@ def _assign_slots(problem, parameters, places):
     """
     system = problem.system
     points, count, _ = places.shape
-    labels, bounds = problem.labels(parameters), problem.bounds(parameters)
+    labels, width = problem.labels(parameters), np.ptp(problem.bounds(parameters), axis=-1)
+    width[~(width > 0.0)] = 1.0
     slots = np.full((points, system.most), -1)
     is_unassigned = ~np.isnan(places).any(axis=-1)
     cost = np.full((points, labels.shape[1], count), np.inf)
     for label in range(labels.shape[1]):
         has_name = ~np.isnan(labels[:, label]).all(axis=1)
-        distance = _relative_distances(problem, places, labels[:, label : label + 1], bounds[:, None])
+        name = labels[:, label : label + 1]
+        distance = _largest_distance(places, np.where(np.isnan(name), places, name), width[:, None], problem.periodic)
         distance = np.round(distance / MERGE_DISTANCE) * MERGE_DISTANCE  # if two names coincide, the first one applies
         cost[:, label] = np.where(is_unassigned & has_name[:, None] & (distance < MAX_NAME_DISTANCE), distance, np.inf)
     rows = np.arange(points)
