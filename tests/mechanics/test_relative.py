@@ -12,7 +12,6 @@ from described import flow, model_of, particle, points, points_at
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
-from kernels.free import linear
 from sweeps.mechanics import relative as theirs
 from sweeps.mechanics.model import Model
 from sweeps.systems.relative_equilibrium.system import REGIMES
@@ -180,16 +179,6 @@ def edge(test, low, high):
         first = np.argmax(test(values))
         low, high = values[first - 1], values[first]
     return high
-
-
-def test_a_weightless_top_is_the_free_body():
-    m, columns = motions("sleeping_top", 100, moment_of_weight=0.0)
-    eigenvalues = m.theory({k: v[::4] for k, v in columns.items()})["eigenvalues"]
-    I1, I2, I3, W = (columns[k][::4] for k in ("I1", "I2", "I3", "spin_rate"))
-    free = linear.omega_squared(I1, I2, I3, W, 3)
-    squares = np.sort((eigenvalues**2).real, axis=1)[:, ::2]
-    scale = np.abs(eigenvalues).max(1)[:, None] ** 2
-    np.testing.assert_allclose(squares / scale, np.sort(-np.array([W**2, free]), axis=0).T / scale, atol=1e-12)
 
 
 DIAGONAL = (np.sqrt(45) - 7) / 2  # k1 = k3 at the corner of DeBra and Delp's region
