@@ -31,6 +31,10 @@ def test_a_step_has_the_number_of_its_name():
         assert (propagators.IS_NEAR[number], propagators.IS_NEAREST[number]) == (spin == "near_", spin == "nearest_")
 
 
+def test_last_terms_of_a_step_occur_in_its_sums_alone():
+    assert "b4 = " not in taylor.step_lines(taylor.EULER, 4)
+
+
 def random_body(rng):
     """Moments of a body that can exist: any second moments of mass."""
     masses = rng.uniform(0, 1, 3)
