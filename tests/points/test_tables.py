@@ -221,48 +221,42 @@ def test_numbers_with_units(text, unit, number):
     assert units.number(text, unit) == number
 
 
-TEXTS = {
-    "a name before": "name,I1,omega0,I2\nRacket,1.5,2,1\nBook,0.5,-3,1.25\n",
-    "a name behind": "I1,omega0,I2,name\n1.5,2,1,Racket\n0.5,-3,1.25,Book\n",
-    "names of numbers": "Name,I1,omega0,I2\n433,1.5,2,1\n99942,0.5,-3,1.25\n",
-    "commas in quotes": 'name,I1,omega0,I2\n"Racket, wooden",1.5,2,1\n"Book, ""thin""",0.5,-3,1.25\n',
-    "other words": "I1,remark,omega0,source,I2\n1.5,straße,2,Müller,1\n0.5,,-3,true,1.25\n",
-    "semicolons": "name;I1;omega0;I2\nRacket;1.5;2;1\nBook;0.5;-3;1.25\n",
-    "missing names": "I1,omega0,I2,name\n1.5,2,1,\n0.5,-3,1.25,\n",
-}
-TEXTS_READ = {
-    "names of numbers": ("433", "99942"),
-    "commas in quotes": ("Racket, wooden", 'Book, "thin"'),
-    "other words": (),
-    "missing names": (),
+TEXTS = {  # content of a CSV file, names of its points, columns of text that are ignored
+    "a name before": ("name,I1,omega0,I2\nRacket,1.5,2,1\nBook,0.5,-3,1.25\n", ("Racket", "Book"), ()),
+    "a name behind": ("I1,omega0,I2,name\n1.5,2,1,Racket\n0.5,-3,1.25,Book\n", ("Racket", "Book"), ()),
+    "names of numbers": ("Name,I1,omega0,I2\n433,1.5,2,1\n99942,0.5,-3,1.25\n", ("433", "99942"), ()),
+    "commas in quotes": (
+        'name,I1,omega0,I2\n"Racket, wooden",1.5,2,1\n"Book, ""thin""",0.5,-3,1.25\n',
+        ("Racket, wooden", 'Book, "thin"'),
+        (),
+    ),
+    "other words": (
+        "I1,remark,omega0,source,I2\n1.5,straße,2,Müller,1\n0.5,,-3,true,1.25\n",
+        (),
+        ("remark", "source"),
+    ),
+    "semicolons": ("name;I1;omega0;I2\nRacket;1.5;2;1\nBook;0.5;-3;1.25\n", ("Racket", "Book"), ()),
+    "missing names": ("I1,omega0,I2,name\n1.5,2,1,\n0.5,-3,1.25,\n", (), ("name",)),
 }
 
 
-@pytest.mark.parametrize("name", TEXTS)
-def test_columns_of_text_are_ignored(tmp_path, name, capsys):
-    path = write(tmp_path, TEXTS[name])
-    table = read_sweep(path).definition.rows
+@pytest.mark.parametrize("case", TEXTS)
+def test_columns_of_text_are_ignored(tmp_path, case):
+    content, names, ignored = TEXTS[case]
+    table = read_sweep(write(tmp_path, content)).definition.rows
     rows = table.rows(0, table.num)
     assert {key: values.tolist() for key, values in rows.items()} == PLAIN_VALUES
-    heading = TEXTS[name].splitlines()[0].replace(";", ",").split(",")
-    assert table.point_names == TEXTS_READ.get(name, ("Racket", "Book"))
-    further_words = [word for word in heading if word not in NAMES]
-    assert table.text_columns == tuple(
-        word for word in further_words if word.lower() != "name" or not table.point_names
-    )
+    assert (table.point_names, table.text_columns) == (names, ignored)
 
 
-def test_text_columns_of_parquet_and_frames_are_ignored(tmp_path):
+def test_names_of_parquet_and_frames_are_those_of_points(tmp_path):
     pytest.importorskip("pyarrow")
     frame = pd.DataFrame({"name": ["a", "b"], "I1": [1.5, 0.5], "I2": [1.0, 1.25], "omega0": [2.0, -3.0]})
-    write(tmp_path, "", "rows.parquet")
+    path = write(tmp_path, "", "rows.parquet")
     frame.to_parquet(tmp_path / "rows.parquet")
-    table = read_sweep(tmp_path / "my.yaml").definition.rows
-    assert table.text_columns == ()
-    assert table.point_names == ("a", "b")
-    assert table.rows(0, 2)["I1"].tolist() == [1.5, 0.5]
-    sweep = sweep_of(frame, {"I3": 1.5})
-    assert sweep.definition.rows.point_names == ("a", "b")
+    for table in (read_sweep(path).definition.rows, sweep_of(frame, {"I3": 1.5}).definition.rows):
+        assert (table.point_names, table.text_columns) == (("a", "b"), ())
+        assert table.rows(0, 2)["I1"].tolist() == [1.5, 0.5]
 
 
 def test_impossible_bodies_of_a_table_are_flagged_as_in_a_grid():
