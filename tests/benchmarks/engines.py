@@ -14,6 +14,7 @@ import json
 import math
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,61 +25,40 @@ CASES = {  # name → moments of inertia relative to the greatest, angular veloc
     "separatrix": ([1 / 3, 2 / 3, 1.0], [0.0009765625, 0.9765625, 0.0]),  # 1 - m = 1e-6
 }
 TIMEOUT = 300  # s, of one run
+PAGE = Path(__file__).with_name("engines.md")
 
 
 class Row(NamedTuple):
-    """A row of the table: an engine of a version, with settings."""
+    """A row of the page's table: an engine of a version, with settings."""
 
-    engine: str  # name of the function below
     name: str
-    package: str
     version: str
     integrator: str
-    step: float  # s; 0: adaptive
     label: str  # "default", "best", or empty
+    step_text: str  # "10 ms", "1/240 s", or "adaptive"
+
+    @property
+    def package(self) -> str:
+        """The name of the engine's package."""
+        return ENGINES[self.name][0]
+
+    @property
+    def step(self) -> float:
+        """The step, s; 0 if it is adaptive."""
+        if self.step_text == "adaptive":
+            return 0.0
+        number, unit = self.step_text.split()
+        return float(Fraction(number) * (Fraction(1, 1000) if unit == "ms" else 1))
 
 
-ROWS = (
-    *(
-        Row("mujoco", "MuJoCo", "mujoco", version, integrator, step, label)
-        for version in ("3.10.0", "4.0.0")
-        for integrator, step, label in (
-            ("Euler", 0.002, "default"),
-            ("implicitfast", 0.01, ""),
-            ("implicitfast", 0.002, ""),
-            ("RK4", 0.01, ""),
-            ("RK4", 0.002, "best"),
-        )
-    ),
-    *(
-        Row("drake", "Drake", "drake", version, integrator, step, label)
-        for version in ("1.30.0", "1.51.1")
-        for integrator, step, label in (
-            ("discrete", 0.001, "default"),
-            ("runge_kutta3, accuracy 1e-12", 0.0, "best"),
-        )
-    ),
-    Row("basilisk", "Basilisk", "bsk", "2.12.1", "RK4", 0.1, "default"),
-    Row("basilisk", "Basilisk", "bsk", "2.12.1", "RK4", 0.01, "best"),
-    Row("exudyn", "Exudyn", "exudyn", "1.13.6", "generalized alpha", 0.01, "default"),
-    Row("exudyn", "Exudyn", "exudyn", "1.13.6", "RK44", 0.01, "best"),
-    Row("dart", "DART", "dartpy", "6.20.0", "semi-implicit Euler", 0.001, "default"),
-    Row("dart", "DART", "dartpy", "6.20.0", "semi-implicit Euler", 0.0001, "best"),
-    Row("pinocchio", "Pinocchio", "pin", "4.1.0", "semi-implicit Euler of its examples", 0.001, "default"),
-    Row("pinocchio", "Pinocchio", "pin", "4.1.0", "semi-implicit Euler of its examples", 0.0001, "best"),
-    Row("bullet", "PyBullet", "pybullet", "3.2.7", "multibody, damping 0.04", 1 / 240, "default"),
-    Row("bullet", "PyBullet", "pybullet", "3.2.7", "multibody, no damping", 1 / 4800, "best"),
-    Row("brax", "Brax", "brax", "0.14.2", "generalized, single precision", 0.002, "default"),
-    Row("brax", "Brax", "brax", "0.14.2", "generalized, double precision", 0.0001, "best"),
-    Row("newton", "Newton", "newton", "1.8.0", "SolverSemiImplicit, angular damping 0.05", 0.001, "default"),
-    Row("newton", "Newton", "newton", "1.8.0", "SolverSemiImplicit, no damping", 0.001, "best"),
-)
+def page_table():
+    """Yield the cells of each row of the page's table."""
+    for line in PAGE.read_text(encoding="utf-8").splitlines():
+        if line.startswith("| ") and not line.startswith("| engine "):
+            yield [cell.strip() for cell in line.split("|")[1:-1]]
+
+
 OLDER = {("drake", "1.30.0"): "numpy<2"}  # built for it; ends with a segmentation fault otherwise
-NOT_RUN = {
-    "Genesis": "brings PyTorch with its graphics libraries, several GB, which did not install here",
-    "Project Chrono": "is not installed by pip: its Python package comes by conda",
-    "JSBSim": "a flight simulator: its body is an aircraft, with files of its own",
-}
 
 
 # -- engines: each returns the attitude after DURATION, a quaternion, scalar first
@@ -124,7 +104,7 @@ def drake(moments, omega, integrator, step):
 
 def basilisk(moments, omega, integrator, step):
     """A spacecraft without gravity; attitudes are modified Rodrigues parameters of the body relative to space."""
-    from Basilisk.simulation import spacecraft, svIntegrators
+    from Basilisk.simulation import spacecraft
     from Basilisk.utilities import RigidBodyKinematics, SimulationBaseClass, macros
 
     simulation = SimulationBaseClass.SimBaseClass()
@@ -133,8 +113,6 @@ def basilisk(moments, omega, integrator, step):
     craft.hub.mHub = 1.0
     craft.hub.IHubPntBc_B = [[moments[0], 0, 0], [0, moments[1], 0], [0, 0, moments[2]]]
     craft.hub.omega_BN_BInit = [[x] for x in omega]
-    if integrator == "RKF78":
-        craft.setIntegrator(svIntegrators.svIntegratorRKF78(craft))
     simulation.AddModelToTask("task", craft)
     simulation.InitializeSimulation()
     simulation.ConfigureStopTime(macros.sec2nano(DURATION))
@@ -204,7 +182,7 @@ def exudyn(moments, omega, integrator, step):
     container = exudyn.SystemContainer()
     system = container.AddSystem()
     inertia = RigidBodyInertia(mass=1.0, inertiaTensor=np.diag(moments))
-    is_explicit = integrator in ("RK44", "RK67")
+    is_explicit = integrator == "RK44"
     node = exudyn.NodeType.RotationRotationVector if is_explicit else exudyn.NodeType.RotationEulerParameters
     options = {"inertia": inertia, "initialAngularVelocity": omega, "nodeType": node}
     found = system.CreateRigidBody(**options, returnDict=True)
@@ -275,6 +253,21 @@ def quaternion(matrix):
     return eigh(rows)[1][:, -1].tolist()
 
 
+ENGINES = {  # name → package, function that returns the attitude
+    "MuJoCo": ("mujoco", mujoco),
+    "Drake": ("drake", drake),
+    "Basilisk": ("bsk", basilisk),
+    "Exudyn": ("exudyn", exudyn),
+    "DART": ("dartpy", dart),
+    "Pinocchio": ("pin", pinocchio),
+    "PyBullet": ("pybullet", bullet),
+    "Brax": ("brax", brax),
+    "Newton": ("newton", newton),
+}
+ROWS = [Row(*cells[:5]) for cells in page_table() if cells[0] in ENGINES]
+NOT_RUN = {cells[0]: cells[5] for cells in page_table() if cells[0] not in ENGINES}  # engine → reason
+
+
 # -- the table
 
 
@@ -286,7 +279,7 @@ def run_here(row, case):
         raise ImportError(f"{row.package} is not installed") from None
     if found != row.version:
         raise ImportError(f"{found} is installed")
-    return globals()[row.engine](*CASES[case], row.integrator, row.step)
+    return ENGINES[row.name][1](*CASES[case], row.integrator, row.step)
 
 
 def interpreter(row, folder):
@@ -325,14 +318,9 @@ def error(case, q):
     return math.degrees((next(rotations).inv() * next(rotations)).magnitude())
 
 
-def step_text(row):
-    """The step of a row in words."""
-    return f"{1e3 * row.step:.3g} ms" if row.step else "adaptive"
-
-
 def cells(row, folder):
     """A line of the table."""
-    texts = [row.name, row.version, row.integrator, row.label, step_text(row)]
+    texts = [*row]
     try:
         texts += [f"{error(case, attitude(row, case, folder)):.3g}" for case in CASES]
     except (RuntimeError, ImportError) as reason:
@@ -358,7 +346,7 @@ def main():
             print(cells(row, args.venvs), flush=True)
     for name, reason in NOT_RUN.items():
         if args.only.lower() in name.lower():
-            print(f"| {name} | | | | | not run: {reason} | |")
+            print(f"| {name} | | | | | {reason} | |")
 
 
 if __name__ == "__main__":
