@@ -76,17 +76,6 @@ def hill(count=2):
     return of_coordinates(count, V, R, k=1.0, c=0.1)
 
 
-def pendulum():
-    """A spherical pendulum with drag: upright for `gravity` above 0, hanging below."""
-    return of_coordinates(
-        2,
-        lambda q, g: g * sp.sqrt(4 - squares(q)),
-        lambda v, g: squares(v) / 20,
-        kinetic=lambda q, v, g: (q[0] * v[0] + q[1] * v[1]) ** 2 / (4 - squares(q)) / 2,
-        gravity=1.0,
-    )
-
-
 def growth_twice():
     """Two of x' = a x - x³."""
     return of_states(2, lambda x, a: [a * y - y**3 for y in x], a=1.0)
@@ -155,18 +144,8 @@ def of_swings(depth):
 # -- circulatory forces without damping
 
 
-def ziegler(form):
+def ziegler():
     """Ziegler's column, masses 2 m and m: below P = 7/2 - √2, in c/l, it does not flutter."""
-    if form == "states":  # the accelerations, solved by hand
-
-        def rates(x, P):
-            a, b, u, w = x
-            c, s = sp.cos(a - b), sp.sin(a - b)
-            f, g = P * s - 2 * a + b - s * w**2, a - b + s * u**2
-            return [u, w, (f - c * g) / (3 - c**2), (3 * g - c * f) / (3 - c**2)]
-
-        return of_states(4, rates, P=1.0)
-
     return of_coordinates(
         2,
         lambda q, P: (q[0] ** 2 + (q[0] - q[1]) ** 2) / 2,
@@ -262,7 +241,6 @@ def of_ziegler(P):
 USER_SYSTEMS = {
     "round hill": (hill, {"k": SIGNS, "c": [0.1, 1.0]}, signs_of()),
     "hill in space": (lambda: hill(3), {"k": SIGNS, "c": [0.1]}, signs_of()),
-    "spherical pendulum": (pendulum, {"gravity": SIGNS}, signs_of()),
     "growth twice": (growth_twice, {"a": SIGNS}, signs_of()),
     "dark laser": (dark_laser, {"r": [0.1, 0.5, 0.9, 1.1, 2.0, 9.0]}, lambda r: GROWS if r > 1 else DECAYS),
     "ring": (ring, {"g": [-3.0, -1.1, -0.9, 0.2, 0.45, 0.55, 2.0]}, lambda g: DECAYS if -1 < g < 0.5 else GROWS),
@@ -272,8 +250,7 @@ USER_SYSTEMS = {
     "twin swings": (twin_swings, {"depth": [0.05, 0.1, 0.15, 0.3, 0.6]}, of_swings),
     "two pairs": (lambda: pairs(2), {"k": SIGNS}, lambda k: STABLE if k > 0 else GROWS),
     "three pairs": (lambda: pairs(3), {"k": SIGNS}, lambda k: STABLE if k > 0 else GROWS),
-    "Ziegler": (lambda: ziegler("coordinates"), {"P": LOADS}, of_ziegler),
-    "Ziegler, states": (lambda: ziegler("states"), {"P": LOADS}, of_ziegler),
+    "Ziegler": (ziegler, {"P": LOADS}, of_ziegler),
     "rotor": (rotor, {"k": [0.5, 1.0], "W": [0.0, 0.4, 0.9], "c": [0.0, 0.1]}, of_rotor),
     "charge": (charge, {"k": [1.0, 2.0], "B": [0.0, 0.5, 1.0, 2.0]}, lambda k, B: STABLE),
     "undamped": (partly_damped, {"k": [1.0, 2.0], "c": [0.0]}, lambda k, c: STABLE),
@@ -324,9 +301,8 @@ MARGINAL = {
     "free particle and a decay": (lambda: of_states(3, lambda x: [x[1], -(x[0] ** 3), -x[2]]), {}),
     "equal modes that drive each other": (lambda: of_matrix(lambda s: [[-1, 0], [s, -1]], "coordinates", s=1.0), {}),
     "the same modes as states": (lambda: of_matrix(lambda s: [[-1, 0], [s, -1]], "states", s=1.0), {}),
-    "Ziegler's threshold": (lambda: ziegler("coordinates"), {"P": 3.5 - math.sqrt(2)}),
-    "the same threshold as states": (lambda: ziegler("states"), {"P": 3.5 - math.sqrt(2)}),
-    "bearing at its threshold": (lambda: of_matrix(bearing, "coordinates", k=2.0, q=0.5), {}),
+    "Ziegler's threshold": (ziegler, {"P": 3.5 - math.sqrt(2)}),
+    "bearing at its threshold": (lambda: of_matrix(bearing, "states", k=2.0, q=0.5), {}),
     "rotor at its critical speed": (rotor, {"k": 1.0, "W": 1.0}),
     "Hopf": (lambda: hopf("coordinates"), {}),
     "Hopf, states": (lambda: hopf("states"), {}),
