@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import repeated
 import sympy as sp
-from described import flow, rods
+from described import flow, particle
 from PIL import Image
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
@@ -18,7 +18,6 @@ from sweeps.mechanics import System, motions
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems import trajectories
 from sweeps.systems.motion import MotionError
-from sweeps.systems.presentation.moving import equations
 from sweeps.systems.reintegration import rates_of
 
 TIMES = np.linspace(0.0, 20.0, 41)
@@ -72,12 +71,7 @@ def test_the_command_refuses_with_one_message(options, words, tmp_path, capsys):
     assert not (tmp_path / "out.csv").exists()
 
 
-def test_a_film_shows_the_picture_where_the_motion_is(tmp_path, capsys):
-    trajectory = sweeps.motion("pendulum", {"theta": 3.0}, np.linspace(0.0, 5.0, 7), parameters={"length": 2.0})
-    shapes = dict(equations.picture_points(trajectories.model_of("pendulum").equations, trajectory))
-    bob = 2.0 * np.stack([np.sin(trajectory["theta"]), -np.cos(trajectory["theta"])], axis=-1)
-    assert shapes["mass"][:, 0] == pytest.approx(bob, abs=1e-14)  # a rounding of a product
-    assert shapes["line"][:, -1] == pytest.approx(bob, abs=1e-14)
+def test_a_motion_is_a_film(tmp_path, capsys):
     out = str(tmp_path / "p.gif")
     assert main(["motion", "pendulum", "--start", "theta=3", "--duration", "7 s", "-o", out]) == 0
     assert capsys.readouterr().out.strip() == out
@@ -103,14 +97,26 @@ def van_der_pol():
     return flow(lambda x, y, mu: (y, mu * (1 - x**2) * y - x), "xy", mu=1.0)
 
 
-RODS = {"theta0": 1.0, "theta1": 0.5, "theta2": -0.3, "theta0_dot": 0.2, "theta1_dot": -1.0, "theta2_dot": 0.5}
+def coupled():
+    """Three coordinates whose velocities are all coupled in the kinetic energy."""
+
+    def potential(x, y, z, k):
+        return k * (x**2 + y**2 + z**2) / 2 + x * y * z / 3
+
+    def coupling(x, y, z, u, v, w, k):
+        return (u * v * sp.cos(z) + v * w + w * u) / 3
+
+    return particle(potential, "xyz", kinetic=coupling, k=1.0)
+
+
+COUPLED = {"x": 1.0, "y": 0.5, "z": -0.3, "x_dot": 0.2, "y_dot": -1.0, "z_dot": 0.5}
 SWING, CYCLE = {"theta": 3.0, "theta_dot": 0.1}, {"x": 2.0, "y": 0.0}
 BY_SCIPY = {  # name → system, start, parameters, times, error of SciPy, largest error of ours
     "shaken": (shaken, SWING, {"depth": 0.2}, np.linspace(0, 5, 21), 1e-10, 2e-10),
     # the sine of a time is known to a rounding of its angle, and DOP853's is no better
     "shaken, late": (shaken, SWING, {"depth": 0.2}, 1000 + np.linspace(0, 5, 21), 1e-7, 5e-7),
-    # the kinetic energy couples all three; SciPy's a⁻¹ is LAPACK's
-    "three rods": (lambda: rods(3), RODS, {"gravity": 9.0}, np.linspace(0.0, 2.0, 9), 1e-10, 1e-9),
+    # SciPy's inverse of the masses is LAPACK's
+    "coupled": (coupled, COUPLED, {"k": 2.0}, np.linspace(0.0, 2.0, 9), 1e-10, 1e-9),
     # an attracting cycle, along which phase errors of each step add up
     **{
         f"van der Pol, {mu:g}": (van_der_pol, CYCLE, {"mu": mu}, np.array([0.0, end]), 1e-7, 1e-9)
@@ -310,7 +316,7 @@ def test_a_body_that_rotates_too_often_to_be_integrated_is_refused():
 
 @pytest.mark.compiled
 @pytest.mark.slow
-@pytest.mark.parametrize("mu", [1e3, 1e4, 1e6])
+@pytest.mark.parametrize("mu", [1e4, 1e6])
 def test_a_stiff_motion_is_named(mu):
     ds = sweeps.motion(van_der_pol(), CYCLE, [0.0, 2.0 * mu], parameters={"mu": mu})
     assert motions.STATUSES[int(ds.status)] == "stiff"

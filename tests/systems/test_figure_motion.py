@@ -77,10 +77,12 @@ def test_the_picture_is_that_of_the_description(name):
     q = np.random.default_rng(0).uniform(-3.0, 3.0, (5, model.equations.m))
     values = point | {str(x): y for x, y in zip(model.equations.q, q.T, strict=True)}
     values |= {str(v): 0.0 for v in model.equations.v} | {"time": 0.0}
-    masses = [
-        positions[:, 0] for kind, positions in equations.picture_points(model.equations, values) if kind == "mass"
-    ]
+    shapes = list(equations.picture_points(model.equations, values))
+    masses = [positions[:, 0] for kind, positions in shapes if kind == "mass"]
     end = np.zeros((5, 2))
     for mass, angle in zip(masses, q.T, strict=True):
         end = end + np.column_stack([np.sin(angle), -np.cos(angle)])  # all lengths are 1 m
         np.testing.assert_allclose(mass, end, atol=1e-15)  # a sum of two numbers near 1
+    if name == "pendulum":
+        (rod,) = (positions for kind, positions in shapes if kind == "line")
+        np.testing.assert_array_equal(rod[:, -1], masses[0])
