@@ -1,6 +1,6 @@
 """Bodies on orbits, against published charts, closed forms, and equations of their own in 30 digits and DOP853.
 
-POLHODE_ALL_CASES=1 has 60 bodies of each motion in place of 2 or 12, and follows 100 orbits in place of 8.
+POLHODE_ALL_CASES=1 has 60 bodies of each motion in place of 2 or 12, and follows 100 orbits in place of 4.
 """
 
 import itertools
@@ -316,7 +316,7 @@ def rates_in_long_doubles(anomaly, state, moments, eccentricity):
     return np.array([*(q / 2 for q in turn), *spin]) * radius
 
 
-@pytest.mark.parametrize("orbits", [1, pytest.param(100 if ALL_CASES else 8, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("orbits", [1, pytest.param(100 if ALL_CASES else 4, marks=pytest.mark.slow)])
 def test_motions_are_those_of_long_doubles(orbits):
     """Eccentricities of 0.1, 0.5 and 0.95, 3.7 to 10.3 turns an orbit, by Euler's law for quaternions and body rates.
 
@@ -345,19 +345,6 @@ def test_motions_are_those_of_long_doubles(orbits):
         sign = np.sign(end[:4] @ right[:4])  # both quaternions of an attitude are right
         assert 2.0 * np.abs(end[:4] - sign * right[:4]).max() <= error < 1e-9
         assert np.abs(end[4:] - right[4:]).max() <= 4.0 * error
-
-
-def test_jacobis_constant_is_kept_on_a_circle():
-    """ω·Iω/2 - n·Iω + 3 u·Iu/2 in orbits of rate 1, n the normal: some roundings over 50 orbits of a librating body."""
-    parameters, moments = {"eccentricity": 0.0, "asymmetry": 0.05, "I1_over_I3": 0.85}, np.array([0.85, 0.9, 1.0])
-    anomalies = np.linspace(0.0, 100.0 * np.pi, 101)
-    states, _ = motion.follow(parameters, np.array([0.1, 0.05, -0.03, 0.02, 0.01, 0.02]), anomalies, 1e-13)
-    rates, attitude = motion.rates_and_attitude(states, anomalies, parameters)
-    turned = Rotation.from_quat(np.roll(attitude, -1, axis=1)).inv()
-    u = turned.apply(np.column_stack([np.cos(anomalies), np.sin(anomalies), 0.0 * anomalies]))
-    n = turned.apply([0.0, 0.0, 1.0])
-    constant = ((rates**2 / 2 - n * rates + 1.5 * u**2) * moments).sum(axis=1)
-    assert np.ptp(constant) < 1e-13
 
 
 @pytest.mark.parametrize("eccentricity", [0.0, 0.4, 0.95])

@@ -114,13 +114,6 @@ def test_no_picture_without_a_body_of_three_different_moments(moments):
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize(
-    "moments",
-    [
-        (1e-3, 1.0, 1.0005),
-        (1e-47, 1.1e-47, 2e-47),
-        *(pytest.param(moments, marks=pytest.mark.slow) for moments in ((1.0, 1.0 + 1e-9, 1.5), (9e37, 8e37, 1e37))),
-    ],
-)
+@pytest.mark.parametrize("moments", [(1e-3, 1.0, 1.0005), (1e-47, 1.1e-47, 2e-47), (1.0, 1.0 + 1e-9, 1.5)])
 def test_odd_bodies_have_pictures(moments):
     draw(survey(**dict(zip(("I1", "I2", "I3"), moments, strict=True))))

@@ -17,9 +17,9 @@ THROWS = {"system": "twist", "bodies": [RACKET], "grid": {"chi": [0.01, 0.13201,
 
 
 def test_a_racket_reverses_its_ends_beyond_a_quarter_turn_whatever_the_spin_rate():
-    throws = sweeps.survey(THROWS).squeeze()
+    throws = sweeps.survey(THROWS | {"grid": {"chi": np.geomspace(1e-4, 0.5, 60), "omega0": [1.0, 10.0]}}).squeeze()
     np.testing.assert_array_equal(throws["ends_reversed"], np.abs(throws["twist"]) > 0.5 * math.pi)
-    assert throws["ends_reversed"].sel(omega0=1.0).values.tolist() == [0, 1, 1]
+    assert 0 < throws["ends_reversed"].sum() < 120
     np.testing.assert_allclose(throws["time_of_turn"].sel(omega0=1.0), 10 * throws["time_of_turn"].sel(omega0=10.0))
 
 

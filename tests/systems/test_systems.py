@@ -65,7 +65,7 @@ def test_a_definition_travels_between_processes(name):
 
 
 CUT = {
-    **{name: SMALL[name] for name in ("symmetric_top", "uncertain_bodies", "pumped_body", "dissipative_body")},
+    **{name: SMALL[name] for name in ("symmetric_top", "uncertain_bodies", "dissipative_body")},
     "sleeping_top": {"grid": {"spin_rate": [3.0, 4.7, 4.8, 6.0], "moment_of_weight": [0.0, 2.0]}},
 }
 
