@@ -146,9 +146,12 @@ def store_big_endian(path):
 
 def test_values_are_what_other_libraries_read(variant, path):
     with sweeps.open_map(variant) as ds, h5py.File(variant) as file, sweeps.open_map(path) as original:
-        assert content_hash.content_hash(ds) == original.attrs["content_hash"]
         for name in ds.variables:
-            np.testing.assert_array_equal(ds[name].values, file[name][()])
+            values = file[name][()]
+            for step in (-1, -2, 1):
+                part = (slice(None, None, step),) * values.ndim
+                np.testing.assert_array_equal(ds[name].variable[part].values, values[part])
+        assert content_hash.content_hash(ds) == original.attrs["content_hash"]
 
 
 @pytest.fixture(scope="module")
@@ -164,8 +167,7 @@ def test_any_part_is_what_other_libraries_read(map_and_arrays, data):
     ds, arrays = map_and_arrays
     ends = st.integers(-6, 6) | st.none()
     steps = st.sampled_from([None, 1, 2, 3])  # xarray itself reads slices wrong that start outside
-    slices = st.builds(slice, ends, ends, steps) | st.sampled_from([slice(None, None, -1), slice(None, None, -2)])
-    key = tuple(data.draw(st.integers(-n, n - 1) | slices) for n in ds["regime"].shape)
+    key = tuple(data.draw(st.integers(-n, n - 1) | st.builds(slice, ends, ends, steps)) for n in ds["regime"].shape)
     for name, values in arrays.items():
         np.testing.assert_array_equal(ds[name].variable[key].values, values[key])
 
