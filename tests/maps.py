@@ -1,7 +1,10 @@
 """Small maps of several kinds, on the disk, for tests of code that reads maps."""
 
+import xarray as xr
+
 import sweeps
 from sweeps.maps import storage
+from sweeps.shards import contract
 
 DEFINITION = {
     "title": "For tests",
@@ -25,6 +28,19 @@ TOP = {
     "system": "symmetric_top",
     "grid": {"ratio": [0.5, 1.5, 2.5], "omega3": [-1.0, 10.0], "half_angle": [10.0, 30.0]},
 }
+
+
+def map_without_measurement(sweep, draw_values):
+    """Return the map of a sweep without its kernels, which may take a minute to compile.
+
+    `draw_values` has the arguments variable and shape, and returns the values of the variable.
+    """
+    variables = {}
+    for name, variable in sweep.variables.items():
+        values = draw_values(variable, (*sweep.grid.shape, *sweep.shape_at(name)))
+        variables[name] = (*sweep.grid.dims, *variable.over), values.astype(variable.dtype), variable.attributes
+    coordinates = {name: xr.Variable(*column) for name, column in contract.coordinates(sweep).items()}
+    return xr.Dataset(variables, coordinates, contract.provenance(sweep))
 
 
 def write(folder, definition=DEFINITION, name="map.nc"):

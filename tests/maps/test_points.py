@@ -111,24 +111,6 @@ def test_pictures_report_and_summary_are_of_points(path, tmp_path, capsys):
     assert "y axis" not in output
 
 
-def test_the_triangle_has_every_point_and_the_named_bodies(folder):
-    from sweeps.systems.rigid_body.presentation import figure_triangle
-
-    ends = {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 6}, "thickness": {"start": 0.1, "stop": 0.9, "num": 6}}
-    ds = sweeps.survey({"grid": {"ratios": ends, "omega0": 1.0}})
-    large = figure_triangle.draw(ds).axes[0]
-    mesh = next(c for c in large.collections if c.get_gid() == "cells")
-    rate = np.sign(ds["omega_squared"].sel(axis=2)) * np.sqrt(np.abs(ds["omega_squared"].sel(axis=2)))
-    np.testing.assert_array_equal(mesh.get_array(), rate.values.reshape(6, 6))
-    assert np.abs(mesh.get_array()).max() < 1  # no perturbation grows or turns faster than its body spins
-    corners = mesh.get_coordinates()
-    middle = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
-    # each body's cell contains its moments; I2/I3 is a product, so that a middle is exact but for rounding
-    np.testing.assert_allclose(middle[..., 1], ds["I2"].values.reshape(6, 6), rtol=1e-12)
-    np.testing.assert_allclose(middle[:, 0, 0], ds["I1"].values.ravel(), rtol=1e-12)
-    assert {"tennis racket", "Earth, Moon, Mars", "thin plate"} <= {text.get_text() for text in large.texts}
-
-
 SHAPES = {
     "axes": [2],
     "grid": {

@@ -6,14 +6,13 @@ import numpy as np
 import own_systems
 import pytest
 import repeated
-import xarray as xr
+from maps import map_without_measurement
 
 import sweeps
 from sweeps import systems
 from sweeps.__main__ import main
 from sweeps.maps import storage
 from sweeps.points.loading import read_sweep
-from sweeps.shards import contract
 from sweeps.systems.periodic.system import Periodic
 from sweeps.systems.relative_equilibrium.system import RelativeEquilibrium
 
@@ -29,15 +28,9 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def map_without_measurement(sweep):
-    """Return a sweep's map with zeros and ones in place of measured values: its kernels take a minute to compile."""
-    shapes = {name: (*sweep.grid.shape, *sweep.shape_at(name)) for name in sweep.variables}
-    variables = {
-        name: ((*sweep.grid.dims, *v.over), np.full(shapes[name], 0 if name == "status" else 1, v.dtype), v.attributes)
-        for name, v in sweep.variables.items()
-    }
-    coordinates = {name: xr.Variable(*column) for name, column in contract.coordinates(sweep).items()}
-    return xr.Dataset(variables, coordinates, contract.provenance(sweep))
+def zeros_and_ones(variable, shape):
+    """Return the values of a variable in place of measured ones: the kernels take a minute to compile."""
+    return np.full(shape, 0 if variable.name == "status" else 1)
 
 
 def first_place(ds, names):
@@ -49,7 +42,7 @@ def first_place(ds, names):
 @pytest.mark.parametrize("name", repeated.but(("driven",), NAMES))
 def test_a_map_of_a_users_own_system_is_read_by_every_command(folder, name, capsys):
     path = folder / "map.nc"
-    storage.write_map(map_without_measurement(read_sweep(own_systems.write(folder, name))), path)
+    storage.write_map(map_without_measurement(read_sweep(own_systems.write(folder, name)), zeros_and_ones), path)
     with sweeps.open_map(path) as ds:
         kind, figures = KINDS.get(name, EQUILIBRIUM_SYSTEM)
         assert type(systems.of_map(ds)) is kind

@@ -4,14 +4,18 @@ import matplotlib
 import matplotlib.image
 import numpy as np
 import pytest
+from maps import map_without_measurement
 
 import sweeps
 from kernels.free import linear
 from sweeps import systems
 from sweeps.figure import axis_scales, sheets, wording
+from sweeps.handbook import gallery
 from sweeps.maps.storage import open_map, write_map
 from sweeps.points import catalogue
-from sweeps.reading.definitions import read_text
+from sweeps.points.loading import read_sweep
+from sweeps.reading.definitions import file_text, plain, read_text
+from sweeps.schema.variables import Role
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body import fits
 from sweeps.systems.rigid_body.presentation import (
@@ -336,3 +340,52 @@ def test_a_users_settings_of_matplotlib_change_no_picture(tiny, tmp_path):
         (path,) = figures.draw_all(tiny, tmp_path / "theirs", only=["theory_against_measured"])
         assert path.read_bytes() == with_settings.read_bytes()
         assert dict(matplotlib.rcParams) == theirs
+
+
+# ---------------------------------------------------------------------------------------------------------
+# Pictures of maps of random values: no kernel is compiled for them
+
+SHAPES = {"I1_over_I3": [0.3, 0.6, 0.9], "thickness": [0.2, 0.5, 0.8]}
+ENERGIES = {"system": "observed_periods", "grid": {"ratios": SHAPES, "I3": 1.0, "P_psi": 2.0, "P_phi": 1.0}}
+PICTURES = {  # sweep that ships, or a definition → pictures of its map besides that of theory against measured
+    "asymmetric_shaft": {"tongues_centred"},
+    "central_potential": {"oscillations"},
+    "cubesats": {"outlook"},
+    "dimorphos": {"out_of_plane"},
+    "explorer": {"settling"},
+    "foucault": {"turn", "stability"},
+    "gravity_gradient": {"stability"},
+    "gravity_gradient_ellipse": {"in_plane", "out_of_plane"},
+    "kapitza_pendulum": {"tongues_inverted", "tongues_hanging"},
+    "pumped_shapes": {"triangle"},
+    "rackets": {"defect"},
+    "twist": {"twist"},
+    "tumbling": {"periods", "herpolhode"},
+    "observed_periods": {"energies"},
+}
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("name", PICTURES)
+def test_a_map_of_random_values_has_all_pictures_of_its_system_and_a_sentence(name, monkeypatch):
+    monkeypatch.setattr(gallery, "MAX_GRID_POINTS", 60)
+    monkeypatch.setattr(gallery, "MAX_CHEAP_POINTS", {})
+    rng = np.random.default_rng(1)
+
+    def draw_values(variable, shape):
+        if not variable.flags:
+            return rng.uniform(0.5, 1.5, shape)
+        return rng.integers(0, 2 if variable.role == Role.STATUS else len(variable.flags) - 1, shape)
+
+    shipped = catalogue.shipped_files().get(name)
+    values = gallery.reduce_points(plain(read_text(file_text(shipped)))) if shipped else ENERGIES
+    ds = map_without_measurement(read_sweep(values), draw_values)
+    assert "nan" not in systems.presentation_of(ds).sentence(ds)
+    drawn = {}
+    for picture, draw in figures.pictures(ds).items():
+        with np.errstate(all="ignore"):
+            if figure := draw():
+                figure.draw_without_rendering()
+                drawn[picture] = [axes for axes in figure.axes if axes.has_data()]
+    assert PICTURES[name] <= {*drawn} <= PICTURES[name] | {"theory_against_measured"}
+    assert all(drawn.values())
