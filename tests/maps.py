@@ -1,9 +1,12 @@
 """Small maps of several kinds, on the disk, for tests of code that reads maps."""
 
+import numpy as np
 import xarray as xr
 
 import sweeps
 from sweeps.maps import storage
+from sweeps.points.loading import read_sweep
+from sweeps.schema.variables import Role
 from sweeps.shards import contract
 
 DEFINITION = {
@@ -30,15 +33,15 @@ TOP = {
 }
 
 
-def map_without_measurement(sweep, draw_values):
-    """Return the map of a sweep without its kernels, which may take a minute to compile.
-
-    `draw_values` has the arguments variable and shape, and returns the values of the variable.
-    """
+def random_map(definition):
+    """Return the map of a definition with random values: kernels would be compiled for seconds."""
+    sweep, rng = read_sweep(definition), np.random.default_rng(1)
     variables = {}
-    for name, variable in sweep.variables.items():
-        values = draw_values(variable, (*sweep.grid.shape, *sweep.shape_at(name)))
-        variables[name] = (*sweep.grid.dims, *variable.over), values.astype(variable.dtype), variable.attributes
+    for name, spec in sweep.variables.items():
+        shape = (*sweep.grid.shape, *sweep.shape_at(name))
+        num_flags = 2 if spec.role == Role.STATUS else len(spec.flags) - 1
+        values = rng.integers(0, num_flags, shape) if spec.flags else rng.uniform(0.5, 1.5, shape)
+        variables[name] = (*sweep.grid.dims, *spec.over), values.astype(spec.dtype), spec.attributes
     coordinates = {name: xr.Variable(*column) for name, column in contract.coordinates(sweep).items()}
     return xr.Dataset(variables, coordinates, contract.provenance(sweep))
 

@@ -2,17 +2,15 @@
 
 import json
 
-import numpy as np
 import own_systems
 import pytest
 import repeated
-from maps import map_without_measurement
+from maps import random_map
 
 import sweeps
 from sweeps import systems
 from sweeps.__main__ import main
 from sweeps.maps import storage
-from sweeps.points.loading import read_sweep
 from sweeps.systems.periodic.system import Periodic
 from sweeps.systems.relative_equilibrium.system import RelativeEquilibrium
 
@@ -28,11 +26,6 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def zeros_and_ones(variable, shape):
-    """Return the values of a variable in place of measured ones: the kernels take a minute to compile."""
-    return np.full(shape, 0 if variable.name == "status" else 1)
-
-
 def first_place(ds, names):
     """Options --NAME VALUE at the first place of some dimensions."""
     return [text for name in names for text in (f"--{name}", str(ds[name].values[0]))]
@@ -42,7 +35,7 @@ def first_place(ds, names):
 @pytest.mark.parametrize("name", repeated.but(("driven",), NAMES))
 def test_a_map_of_a_users_own_system_is_read_by_every_command(folder, name, capsys):
     path = folder / "map.nc"
-    storage.write_map(map_without_measurement(read_sweep(own_systems.write(folder, name)), zeros_and_ones), path)
+    storage.write_map(random_map(own_systems.write(folder, name)), path)
     with sweeps.open_map(path) as ds:
         kind, figures = KINDS.get(name, EQUILIBRIUM_SYSTEM)
         assert type(systems.of_map(ds)) is kind

@@ -4,7 +4,7 @@ import matplotlib
 import matplotlib.image
 import numpy as np
 import pytest
-from maps import map_without_measurement
+from maps import random_map
 
 import sweeps
 from kernels.free import linear
@@ -13,9 +13,7 @@ from sweeps.figure import axis_scales, sheets, wording
 from sweeps.handbook import gallery
 from sweeps.maps.storage import open_map, write_map
 from sweeps.points import catalogue
-from sweeps.points.loading import read_sweep
 from sweeps.reading.definitions import file_text, plain, read_text
-from sweeps.schema.variables import Role
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body import fits
 from sweeps.systems.rigid_body.presentation import (
@@ -360,6 +358,7 @@ PICTURES = {  # sweep that ships, or a definition → pictures of its map beside
     "pumped_shapes": {"triangle"},
     "rackets": {"defect"},
     "twist": {"twist"},
+    "tennis_racket": {"triangle", *(f"stability_axis_{axis}" for axis in (1, 2, 3)), "polhodes"},
     "tumbling": {"periods", "herpolhode"},
     "observed_periods": {"energies"},
 }
@@ -370,16 +369,9 @@ PICTURES = {  # sweep that ships, or a definition → pictures of its map beside
 def test_a_map_of_random_values_has_all_pictures_of_its_system_and_a_sentence(name, monkeypatch):
     monkeypatch.setattr(gallery, "MAX_GRID_POINTS", 60)
     monkeypatch.setattr(gallery, "MAX_CHEAP_POINTS", {})
-    rng = np.random.default_rng(1)
-
-    def draw_values(variable, shape):
-        if not variable.flags:
-            return rng.uniform(0.5, 1.5, shape)
-        return rng.integers(0, 2 if variable.role == Role.STATUS else len(variable.flags) - 1, shape)
-
     shipped = catalogue.shipped_files().get(name)
     values = gallery.reduce_points(plain(read_text(file_text(shipped)))) if shipped else ENERGIES
-    ds = map_without_measurement(read_sweep(values), draw_values)
+    ds = random_map(values)
     assert "nan" not in systems.presentation_of(ds).sentence(ds)
     drawn = {}
     for picture, draw in figures.pictures(ds).items():

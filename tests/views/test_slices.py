@@ -6,6 +6,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from maps import random_map
 from matplotlib.figure import Figure
 from report_pages import KINDS
 from small_maps import SMALL
@@ -32,14 +33,11 @@ MAPS = {
     "pendulum": {"system": "pendulum", "grid": {"length": [0.5, 1.0, 2.0], "gravity": [1.6, 9.8], "epsilon": 1e-6}},
 }
 
-FAST = ("rigid_body", "bodies", "draws")  # their kernels are those of every test run
-QUICK_AND_SLOW = [*FAST, *(pytest.param(name, marks=pytest.mark.slow) for name in MAPS if name not in FAST)]
-
 
 @cache
 def make(name):
-    """Return the map of a name, measured on first use."""
-    return sweeps.survey(MAPS[name])
+    """Return the map of a name."""
+    return random_map(MAPS[name])
 
 
 def choices(ds, count):
@@ -65,7 +63,7 @@ def stored_order(ds, dim, places):
     return places if places == sorted({*places}, reverse=True) else sorted({*places})
 
 
-@pytest.mark.parametrize("name", QUICK_AND_SLOW)
+@pytest.mark.parametrize("name", MAPS)
 def test_a_slice_has_the_dimensions_and_the_values_of_its_map(name):
     ds = make(name)
     assert slices.with_all_dimensions(ds) is ds
@@ -130,7 +128,7 @@ def test_what_is_no_map_is_refused_in_words(change, message):
         assert str(error.value).startswith(message)
 
 
-@pytest.mark.parametrize("name", ["rigid_body", pytest.param("pendulum", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["rigid_body", "pendulum"])
 def test_pictures_of_a_file_that_slice_wrote(name, tmp_path):
     storage.write_map(make(name), tmp_path / "map.nc")
     ds = make(name)
