@@ -284,20 +284,6 @@ def plain_hdf(path):
         file.attrs["contract_version"] = "3.0"
 
 
-NO_FILES = {
-    "fifo": os.mkfifo,
-    "folder": os.mkdir,
-    "loop": lambda path: path.symlink_to(path),
-    "zeros": lambda path: path.symlink_to("/dev/zero"),
-    "nothing": lambda path: None,
-}
-
-
-def no_file(path, kind):
-    path.unlink()
-    NO_FILES[kind](path)
-
-
 def table(base):
     """Name → damage, a function of the file's path, for the map of one system."""
     with h5py.File(base) as file:
@@ -351,14 +337,6 @@ def table(base):
     for form in ("NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA", "NETCDF4"):
         damages[form] = partial(classic, form=form)
     damages["plain HDF5"] = plain_hdf
-    for kind in NO_FILES:
-        damages[kind] = partial(no_file, kind=kind)
-    for word, content in {
-        "text": b"title: a map\n",
-        "picture": b"\x89PNG\r\n\x1a\n" + bytes(99),
-        "zeros": bytes(999),
-    }.items():
-        damages[f"a file of {word}"] = bytes_of(lambda _, content=content: content)
     damages["20,000 groups"] = in_file(lambda file: [file.create_group(f"g{k}") for k in range(20_000)])
     damages["5,000 attributes"] = in_file(lambda file: file.attrs.update({f"a{k}": k for k in range(5000)}))
     return damages
@@ -486,11 +464,12 @@ def one_by_one(words_of):
     """Run commands in this process. Return each one's fault: how it ended, or that it took too long or too much."""
     faults = {}
     for name, words in words_of.items():
-        begin, children = processor_seconds(), _children()
-        _forget_peak()
-        resident = _peak_here()
+        begin = processor_seconds()
+        with contextlib.suppress(OSError):
+            Path("/proc/self/clear_refs").write_text("5")  # forgets the peak
+        resident = peak_bytes()
         status, out, err = run(words)
-        seconds, size = processor_seconds() - begin, _peak(children) - resident
+        seconds, size = processor_seconds() - begin, peak_bytes() - resident
         what = describe_fault(name, status, out, err)
         what = what or (f"took {seconds:.0f} s" if seconds > PATIENCE else "")
         what = what or (f"took {size / 2**30:.2f} GiB" if size > MAX_EXTRA_BYTES else "")
@@ -504,24 +483,9 @@ def processor_seconds():
     return sum(os.times()[:4])
 
 
-def _forget_peak():
-    with contextlib.suppress(OSError):
-        Path("/proc/self/clear_refs").write_text("5")
-
-
-def _children():
-    """Return the largest resident size in KiB of all children that this process has ever waited for."""
-    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
-
-
-def _peak_here():
-    """Return the largest resident size of this process in bytes since `_forget_peak`."""
+def peak_bytes():
+    """Return the largest resident size of this process; its children that read files have a limit of their own."""
     return 1024 * int(Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0])
-
-
-def _peak(children):
-    """Return the largest resident size since `_forget_peak`, here or in a child; `children` is `_children()` then."""
-    return max(_peak_here(), 1024 * _children() if _children() > children else 0)
 
 
 @contextlib.contextmanager
