@@ -66,7 +66,7 @@ KINDS = {  # kind of page → definition of its map
 @cache
 def map_of(kind):
     """Return the map of a kind of page; that of "names" no system made, and Plotly could read its names as links."""
-    if kind in ("oscillators", "orbit"):  # of which no test reads values
+    if kind == "orbit":  # of which no test reads values
         return random_map(KINDS[kind])
     if kind != "names":
         return sweeps.survey(KINDS[kind])
