@@ -384,7 +384,7 @@ def run(words):
 
 
 def run_in_room(function, extra_bytes):
-    """Call a function in a forked process that may take so many more bytes of addresses. Return its exit status."""
+    """Call a function in a forked process with a limit of its address space. Return the exit status."""
     process = multiprocessing.get_context("fork").Process(target=_call_in_room, args=(function, extra_bytes))
     process.start()
     process.join(300)
@@ -484,7 +484,7 @@ def processor_seconds():
 
 
 def peak_bytes():
-    """Return the largest resident size of this process; its children that read files have a limit of their own."""
+    """Return the largest resident size of this process; child processes that read files are limited."""
     return 1024 * int(Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0])
 
 

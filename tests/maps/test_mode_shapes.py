@@ -248,7 +248,7 @@ def test_modes_are_exchanged_around_an_exceptional_point_and_the_cut_ends_there(
     grid = {"angle": np.linspace(0.0, 2.0 * np.pi, 25), "centre": np.repeat([drag, drag + 0.3], 25)}
     arguments = {"equilibrium": np.full(50, "rest"), "centre": grid["centre"], "angle": np.tile(grid["angle"], 2)}
     loops = mode_curves.follow_modes(resolved(system), arguments).reshape(2, 25, 4)
-    assert loops[:, -1].tolist() == [[2, 1, 4, 3], [1, 2, 3, 4]]  # a loop around the point, and one beside it
+    assert loops[:, -1].tolist() == [[2, 1, 4, 3], [1, 2, 3, 4]]  # a loop around the point, and a loop outside it
     grid = {"a": np.linspace(a - 0.4, a + 0.4, 17), "drag": np.linspace(drag - 0.15, drag + 0.16, 14)}
     ds = sweeps.survey(system=two_coordinates(False), b=b, coupling=coupling, gyro=0.0, **grid)
     cuts = mode_curves_of(ds).cut_drag

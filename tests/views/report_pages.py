@@ -66,7 +66,7 @@ KINDS = {  # kind of page → definition of its map
 @cache
 def map_of(kind):
     """Return the map of a kind of page; that of "names" no system made, and Plotly could read its names as links."""
-    if kind == "orbit":  # of which no test reads values
+    if kind == "orbit":  # no test reads its values
         return random_map(KINDS[kind])
     if kind != "names":
         return sweeps.survey(KINDS[kind])
@@ -97,7 +97,7 @@ def hostile(ds):
     return ds.assign_coords({name: [HOSTILE, *ds[name].values[1:].tolist()] for name in names})
 
 
-# sweeps that ship: one of each kind of system, further forms of pictures, and those like one of them
+# sweeps that ship: of each kind of system, of further forms of pictures, and of similar systems
 KINDS_OF_SYSTEMS = ["mathieu", "bead_on_hoop", "foucault", "bodies", "rackets", "symmetric", "tumblers"]
 KINDS_OF_SYSTEMS += ["kapitzas_racket"]
 KINDS_OF_PICTURES = ["double_pendulum", "linear_triatomic", "gravity_gradient", "breakdown", "tennis_racket"]

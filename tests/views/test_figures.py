@@ -345,7 +345,7 @@ def test_a_users_settings_of_matplotlib_change_no_picture(tiny, tmp_path):
 
 SHAPES = {"I1_over_I3": [0.3, 0.6, 0.9], "thickness": [0.2, 0.5, 0.8]}
 ENERGIES = {"system": "observed_periods", "grid": {"ratios": SHAPES, "I3": 1.0, "P_psi": 2.0, "P_phi": 1.0}}
-PICTURES = {  # sweep that ships, or a definition → pictures of its map besides that of theory against measured
+PICTURES = {  # sweep that ships, or a definition → pictures of its map, without that of theory against measured
     "asymmetric_shaft": {"tongues_centred"},
     "central_potential": {"oscillations"},
     "cubesats": {"outlook"},
@@ -373,11 +373,11 @@ def test_a_map_of_random_values_has_all_pictures_of_its_system_and_a_sentence(na
     values = gallery.reduce_points(plain(read_text(file_text(shipped)))) if shipped else ENERGIES
     ds = random_map(values)
     assert "nan" not in systems.presentation_of(ds).sentence(ds)
-    drawn = {}
+    panels = {}
     for picture, draw in figures.pictures(ds).items():
         with np.errstate(all="ignore"):
             if figure := draw():
                 figure.draw_without_rendering()
-                drawn[picture] = [axes for axes in figure.axes if axes.has_data()]
-    assert PICTURES[name] <= {*drawn} <= PICTURES[name] | {"theory_against_measured"}
-    assert all(drawn.values())
+                panels[picture] = [axes for axes in figure.axes if axes.has_data()]
+    assert PICTURES[name] <= {*panels} <= PICTURES[name] | {"theory_against_measured"}
+    assert all(panels.values())
