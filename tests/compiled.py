@@ -21,11 +21,17 @@ def copy_sources(folder: Path) -> Path:
     return folder
 
 
-def run(folder: Path, *arguments) -> subprocess.CompletedProcess:
-    """Run Python in a copy of the sources, with a compiler cache of its own."""
-    environment = {**os.environ, "PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(folder / ".cache")}
+def environment_of(folder: Path, **settings: str) -> dict[str, str]:
+    """Return the environment of programs in a copy of the sources, with a compiler cache of its own."""
+    environment = {**os.environ, "PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(folder / ".cache"), **settings}
     environment.pop("NUMBA_CACHE_DIR", None)
+    return environment
+
+
+def run(folder: Path, *arguments, **settings: str) -> subprocess.CompletedProcess:
+    """Run Python in a copy of the sources, with some settings added to the environment."""
     command = [sys.executable, *map(str, arguments)]
+    environment = environment_of(folder, **settings)
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 

@@ -35,8 +35,7 @@ class Workspace:
         self.define()
         self.map = self.folder / TARGET
         self.shards = self.folder / "results/broken/shards"
-        self.environment = {**os.environ, "XDG_CACHE_HOME": str(self.folder / ".cache")}
-        self.environment.pop("NUMBA_CACHE_DIR", None)
+        self.environment = compiled.environment_of(self.folder)
 
     def define(self, shards=SHARDS):
         """Writes the definition anew; into how many shards the work is cut changes no number."""
@@ -71,8 +70,7 @@ class Workspace:
 
     def ask(self, code, **settings):
         """Return the output of Python code in this copy."""
-        command, environment = [sys.executable, "-c", code], {**self.environment, **settings}
-        answer = subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True, check=False)
+        answer = compiled.run(self.folder, "-c", code, **settings)
         assert answer.returncode == 0, answer.stderr
         assert "Traceback" not in answer.stderr
         return answer.stdout.strip()
