@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 WITHOUT_ERROR = ("sweeps/__init__.py", "sweeps/plot.py", "sweeps/mechanics/__init__.py", "tests/typed_example.py")
-MAX_ERRORS = 275  # number of errors in the whole tree, by the mypy of constraints.txt; only ever lowered
+MAX_ERRORS = 265  # number of errors in the whole tree, by the mypy of constraints.txt; only ever lowered
 
 
 def find_problems() -> list[str]:
