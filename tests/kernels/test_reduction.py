@@ -3,7 +3,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from naive import signed_rate
+from naive import bodies, signed_rate
 
 from kernels.estimator import reduction, uncertainty
 from kernels.free import exact, linear
@@ -60,10 +60,7 @@ def test_errors_cover_the_roundings_of_a_short_run_that_hardly_moves(samples):
 @pytest.mark.compiled
 @pytest.mark.parametrize("epsilon", [1e-2, 1e-1])
 def test_the_reduced_rate_is_that_of_an_infinitesimal_nudge(epsilon):
-    rng = np.random.default_rng(3)
-    masses = rng.uniform(0.05, 1.0, (3, 400))
-    points = dict(zip(("I1", "I2", "I3"), masses.sum(axis=0) - masses, strict=True))
-    points |= {"axis": rng.integers(1, 4, 400), "omega0": 3.0, "epsilon": epsilon, "phase": rng.uniform(0, 6, 400)}
+    points = bodies(400, 3, omega0=3.0, epsilon=epsilon)
     for propagator in ("direct", "exact"):
         columns = survey.survey(points, *SETTINGS, propagator=propagator)
         theory = columns["omega_squared_theory"]
