@@ -58,12 +58,3 @@ def test_condition_numbers_are_those_of_lapacks_vectors(n):
 def test_where_two_eigenvalues_are_one_the_condition_is_infinite():
     A, values = np.array([[[1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0]]]), np.array([[1.0, 1.0, 2.0]]) + 0j
     np.testing.assert_allclose(jacobians.condition_numbers(A, values, np.array([2.0])), [[np.inf, np.inf, 1.0]])
-
-
-@pytest.mark.parametrize("n", [2, 4, 9])
-def test_no_bit_depends_on_how_many_matrices_there_are(n):
-    A = _matrices(n)
-    values, scale = np.linalg.eigvals(A), np.ones(len(A))
-    together = jacobians.condition_numbers(A, values, scale)
-    alone = [jacobians.condition_numbers(A[i : i + 1], values[i : i + 1], scale[:1]) for i in range(len(A))]
-    np.testing.assert_array_equal(np.concatenate(alone), together)
