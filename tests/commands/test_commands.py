@@ -63,17 +63,6 @@ def test_a_results_folder_stands_for_its_map(path, tmp_path, monkeypatch, capsys
     assert "(its first bytes are not those of netCDF-4)" in refusal_message(capsys, "show", "README.md")
 
 
-def test_a_map_damaged_inside_is_refused(path, tmp_path, capsys):
-    content = path.read_bytes()
-    at = content.rfind(b"\x78\x01")  # a deflated chunk: the flags
-    assert at > 0
-    (tmp_path / "map.nc").write_bytes(content[:at] + bytes(16) + content[at + 16 :])
-    assert main(["show", str(tmp_path / "map.nc")]) == 2
-    output = capsys.readouterr()
-    assert "Traceback" not in output.err
-    assert "damaged" in output.err
-
-
 # ---------------------------------------------------------------------------------------------------------
 # show
 
