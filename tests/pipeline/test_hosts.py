@@ -161,7 +161,7 @@ def test_a_whole_run_needs_no_locks(folder):
         pytest.skip("flock cannot be made to fail here")
     few = "axes: [2]\nintegration: {variables: [omega_squared, regime]}\n"  # soon drawn
     (folder / "mine.yaml").write_text(few + "grid: {I1: [1.0, 1.1], I2: [1.5, 1.6], I3: 2.5, omega0: 1.0}")
-    run = [sys.executable, "-m", "sweeps", "run", "mine.yaml"]
+    run = [sys.executable, "-m", "sweeps", "run", "mine.yaml", "--cores", "1"]
     subprocess.run(run, preexec_fn=lambda: without_flock(errno.ENOLCK), check=True)
     assert sweeps.open_map("results/mine").sizes["I1"] == 2
 
