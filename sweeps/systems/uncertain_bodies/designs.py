@@ -81,6 +81,12 @@ def _uniforms(method: str, dimension: int, size: int, rng: np.random.Generator) 
 # -- estimates and their standard errors
 
 
+def log_normal_factors(deviation: float, normals: np.ndarray) -> np.ndarray:
+    """Return log-normal factors of mean 1 and a relative standard deviation, from standard normals."""
+    variance = math.log1p(deviation**2)
+    return np.exp(math.sqrt(variance) * normals - variance / 2)
+
+
 def mean(estimates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean over replicates, the first dimension, and its standard error."""
     return estimates.mean(axis=0), estimates.std(axis=0, ddof=1) / math.sqrt(len(estimates))

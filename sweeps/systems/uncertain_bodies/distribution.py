@@ -10,7 +10,7 @@ import numpy as np
 
 from sweeps.systems.bodies.inertia import InertiaError
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.uncertain_bodies import possible
+from sweeps.systems.uncertain_bodies import designs, possible
 
 ANY = "any"  # an unknown phase
 MAX_EPSILON = 0.999  # larger sampled perturbations are reduced to this size
@@ -102,23 +102,18 @@ class Distribution:
             phase: nominal direction of the perturbation, rad.
         """
         columns = dict(zip(self.inputs, self.groups, strict=True))
-        spin_normals = {name: normals[:, columns[name][0]] for name in SPIN if name in self.spin}
-        rate = np.full(len(normals), omega0) * self._log_normal_factors("omega0", spin_normals)
-        size = np.minimum(
-            np.full(len(normals), epsilon) * self._log_normal_factors("epsilon", spin_normals), MAX_EPSILON
-        )
+        zero = np.zeros(len(normals))
+        spin_normals = {name: normals[:, columns[name][0]] if name in columns else zero for name in SPIN}
+        factors = {
+            name: designs.log_normal_factors(self.spin.get(name, 0.0), spin_normals[name])
+            for name in ("omega0", "epsilon")
+        }
+        rate, size = omega0 * factors["omega0"], np.minimum(epsilon * factors["epsilon"], MAX_EPSILON)
         if self.spin.get("phase") == ANY:
             from scipy.special import ndtr
 
             return rate, size, phase + 2 * math.pi * ndtr(spin_normals["phase"])
-        return rate, size, phase + self.spin.get("phase", 0.0) * spin_normals.get("phase", np.zeros(len(normals)))
-
-    def _log_normal_factors(self, name: str, spin_normals: Mapping[str, np.ndarray]) -> np.ndarray | float:
-        """Return log-normal factors of mean 1 and the requested relative standard deviation; 1 if exact."""
-        if name not in spin_normals:
-            return 1.0
-        variance = math.log1p(self.spin[name] ** 2)
-        return np.exp(math.sqrt(variance) * spin_normals[name] - variance / 2)
+        return rate, size, phase + self.spin.get("phase", 0.0) * spin_normals["phase"]
 
     def middle_theory(self, axis: int) -> float:
         """Return the probability that an axis is intermediate for normal moments; NaN if the axes vary."""

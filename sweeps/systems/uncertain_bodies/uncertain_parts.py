@@ -71,8 +71,7 @@ class UncertainParts:
         column = 0
         for source, moved in self.pieces.sources.items():
             if source.mass:
-                variance = math.log1p(source.mass**2)
-                masses[:, moved] *= np.exp(math.sqrt(variance) * normals[:, column, None] - variance / 2)
+                masses[:, moved] *= designs.log_normal_factors(source.mass, normals[:, column, None])
                 column += 1
             if source.place:
                 places[:, moved] += source.place * normals[:, None, column : column + 3]
