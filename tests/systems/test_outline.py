@@ -6,9 +6,6 @@ import json
 import numpy as np
 import pytest
 
-import sweeps
-from sweeps.__main__ import main
-from sweeps.maps.storage import write_map
 from sweeps.schema.refusals import MapError
 from sweeps.systems.bodies import inertia, outline
 
@@ -78,11 +75,3 @@ def test_what_is_no_surface_is_left_out(text):
 def test_a_surface_that_is_nested_too_deeply_is_refused_in_one_line(opening):
     with pytest.raises(MapError, match=r"^outlines: is nested too deeply; allowed: .*$"):
         outline.read({"outlines": opening * 200_000})
-
-
-def test_the_report_of_a_map_with_a_deep_surface_is_refused(tmp_path, capsys):
-    ds = sweeps.survey(I1=1.0, I2=1.5, I3=2.5, omega0=1.0).assign_attrs(outlines="[" * 200_000)
-    write_map(ds, tmp_path / "map.nc")
-    assert main(["report", str(tmp_path / "map.nc"), "-o", str(tmp_path / "report.html")]) == 2
-    assert capsys.readouterr().err.startswith("outlines: is nested too deeply")
-    assert [path.name for path in tmp_path.iterdir()] == ["map.nc"]
