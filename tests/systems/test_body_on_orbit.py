@@ -19,6 +19,7 @@ import sweeps
 from kernels.flow.codes import REGIMES
 from sweeps import systems
 from sweeps.systems.orbit import equations, motion, presentation
+from sweeps.systems.orbit.scipy_trace import trace_by_scipy
 
 DIMORPHOS = {"a_over_b": 1.3, "b_over_c": 16 / 13}
 HYPERION = {"a_over_b": 190 / 145, "b_over_c": 145 / 114}
@@ -249,6 +250,20 @@ WAYS = [  # motion, parameters of the motion, ways to give the same body
 def test_ways_to_give_a_body_agree(motion, values, ways):
     first, *traces = (survey(motion, **way, **values).trace.values for way in ways)
     np.testing.assert_allclose(traces, [first] * len(traces), rtol=1e-12)  # some roundings of the ratios, amplified
+
+
+@pytest.mark.parametrize(
+    ("motion", "grid"),
+    [
+        ("spin_normal", {"K": 1.3, "spin": 0.37, "eccentricity": 0.4}),
+        ("spin_orbit", {"k1": 0.5, "k3": 0.1, "eccentricity": 0.15, "p": 0.5}),
+        ("libration", {"a_over_b": 1.2, "b_over_c": 0.9, "amplitude": 1.0}),
+    ],
+)
+def test_verify_compares_every_motion_with_scipy(motion, grid):
+    ds = survey(motion, ["out_of_plane"], **grid)
+    expected = trace_by_scipy(grid | {"plane": "out_of_plane"})
+    assert abs(ds.trace - expected) < 1e-9 * max(1, abs(expected)) + ds.trace_error  # SciPy's tolerance
 
 
 def beletsky(anomaly, state, p, asymmetry, eccentricity):
