@@ -232,6 +232,9 @@ def test_a_motion_that_ends_in_finite_time_is_missing():
     assert np.isnan(ds["x"].values[1]).all()
 
 
+BODY = {"system": [1.0, 2.0, 2.6]}
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -253,6 +256,18 @@ def test_a_motion_that_ends_in_finite_time_is_missing():
         ({"times": [0.0, -1.0]}, "times: allowed: two"),
         ({"parameters": {"length": -1.0}}, "length: -1.0; allowed: a finite number and > 0"),
         ({"tolerance": "1e-9"}, "tolerance: '1e-9'; allowed: 1e-13 to 0.001"),
+        (BODY | {"start": [0.0, 0.0, 0.0]}, "at rest"),
+        (BODY | {"start": {"axis": 4}}, "start.axis: 4; allowed: 1, 2 or 3"),
+        (BODY | {"start": {"axis": np.array([1, 2])}}, "start.axis: <ndarray>; allowed: 1, 2 or 3"),
+        (BODY | {"start": [10**400, 0, 1]}, "start.omega1: a whole number of 1329 bits"),
+        (BODY | {"start": [1.0]}, "allowed: three angular velocities"),
+        (BODY | {"start": [1.0, 2.0, 3.0, 4.0]}, "allowed: three angular velocities"),
+        (BODY | {"start": b"fast"}, "allowed: three angular velocities"),
+        (BODY | {"start": 2.0}, "start: 2.0; allowed: three angular velocities"),
+        (BODY | {"start": {"omega1": 1.0, "axis": 1}}, "allowed: three angular velocities"),
+        (BODY | {"start": {"omega1": "1 kg"}}, "start.omega1: '1 kg'; allowed: a finite number, in one of rad s-1"),
+        (BODY | {"start": None, "times": "2 kg"}, "times: '2 kg'"),
+        (BODY | {"start": None, "times": 0.0}, "allowed: instants, or a duration > 0"),
     ],
 )
 def test_what_is_wrong_is_named(change, message):
@@ -278,28 +293,6 @@ def test_a_spin_and_its_point_of_a_map_have_the_same_motion():
     theirs = sweeps.motion(point, times=2.0)
     np.testing.assert_array_equal(ours.q3, theirs.q3)
     assert ours.sizes["time"] == theirs.sizes["time"]  # a body also has its principal axes
-
-
-@pytest.mark.parametrize(
-    ("start", "times", "message"),
-    [
-        ([0.0, 0.0, 0.0], None, "at rest"),
-        ({"axis": 4}, None, "start.axis: 4; allowed: 1, 2 or 3"),
-        ({"axis": np.array([1, 2])}, None, "start.axis: <ndarray>; allowed: 1, 2 or 3"),
-        ([10**400, 0, 1], None, "start.omega1: a whole number of 1329 bits"),
-        ([1.0], None, "allowed: three angular velocities"),
-        ([1.0, 2.0, 3.0, 4.0], None, "allowed: three angular velocities"),
-        (b"fast", None, "allowed: three angular velocities"),
-        (2.0, None, "start: 2.0; allowed: three angular velocities"),
-        ({"omega1": 1.0, "axis": 1}, None, "allowed: three angular velocities"),
-        ({"omega1": "1 kg"}, None, "start.omega1: '1 kg'; allowed: a finite number, in one of rad s-1"),
-        (None, "2 kg", "times: '2 kg'"),
-        (None, 0.0, "allowed: instants, or a duration > 0"),
-    ],
-)
-def test_a_wrong_start_of_a_body_is_named(start, times, message):
-    with pytest.raises(DefinitionError, match=message):
-        sweeps.motion([1.0, 2.0, 2.6], start, times)
 
 
 def test_a_table_gives_a_run_in_each_row():
