@@ -144,16 +144,6 @@ def test_an_edit_of_an_imported_kernel_compiles_what_imports_it_and_nothing_else
 
 
 @pytest.mark.slow
-def test_last_bits_do_not_depend_on_what_was_compiled_before(tmp_path):
-    def run(folder, code):
-        return python(f"from kernels.free import elliptic; {code}", NUMBA_CACHE_DIR=str(tmp_path / folder))
-
-    integrals = "print([elliptic.K(k / 500, 1 - k / 500) for k in range(500)])"
-    run("other", "elliptic.ladder(0.3, 0.7)")  # which K calls: it is then loaded from the cache
-    assert run("other", integrals) == run("empty", integrals)
-
-
-@pytest.mark.slow
 def test_closures_of_one_place_that_several_processes_compiled_are_not_taken_for_each_other(warm_cache):
     assert [warm_cache.call(1.0, function)[0] for function in ("twice", "both")] == [2.0, 302.0]
 

@@ -55,6 +55,20 @@ def test_a_function_with_a_signature_is_called_by_others_and_not_compiled_into_t
 
 
 @pytest.mark.compiled
+def test_a_product_rounds_by_itself_wherever_it_is_inlined():
+    @jit.njit(name="product", **jit.INLINE)
+    def product(x, y):
+        return x * y
+
+    @jit.njit(name="remainder", **jit.OPTIONS)
+    def remainder(x, y, z):
+        return product(x, y) + z
+
+    x = 1.0 + 2.0**-30
+    assert remainder(x, x, -1.0 - 2.0**-29) == 0.0  # with one rounding for both it would be 2^-60
+
+
+@pytest.mark.compiled
 def test_a_kernel_for_kernels_alone_refuses_to_be_called_by_python():
     @jit.njit("float64(float64)", **jit.INNER)
     def quarter(x):
