@@ -22,6 +22,7 @@ ROOT = Path(__file__).parents[1]
 TESTS = {  # of modules without a test file of their own name, or with a better test file
     "sincos": ["attitude"],
     "estimates": ["near_axis_block", "survey"],
+    "linear": ["linear_columns"],
     "near_axis_block": ["survey"],
     "elliptic_constants": ["exact"],
     "taylor": ["direct", "attitude"],
