@@ -362,6 +362,26 @@ def test_constants_and_periods_of_a_trajectory():
             assert distance([theirs(expected)], [start]) < 1e-25
 
 
+@pytest.mark.compiled
+def test_no_herpolhode_of_a_body_that_can_exist_has_an_inflexion():
+    """Hess and de Sparre. The curvature's sign is that of L . (w' x (w'' + w x w')), w' and w'' in the body."""
+    rng = np.random.default_rng(2)
+    second = rng.uniform(0.0, 1.0, (200, 3))
+    bodies = second.sum(axis=1, keepdims=True) - second
+    assert not any(_inflects(moments, rng.normal(size=3)) for moments in bodies)
+    assert any(_inflects(np.array([1.0, 1.3, rng.uniform(2.8, 4.0)]), rng.normal(size=3)) for _ in range(200))
+
+
+def _inflects(moments, start):
+    period = exact.period(exact.set_up(*moments, *start))
+    w = exact.rotation(moments, start, np.linspace(0.0, period, 256))
+    c = (np.roll(moments, -1) - np.roll(moments, -2)) / moments
+    d = c * np.roll(w, -1, axis=1) * np.roll(w, -2, axis=1)
+    dd = c * (np.roll(d, -1, axis=1) * np.roll(w, -2, axis=1) + np.roll(w, -1, axis=1) * np.roll(d, -2, axis=1))
+    bend = np.einsum("ni,ni->n", moments * w, np.cross(d, dd + np.cross(w, d)))
+    return bend.min() < -1e-12 * abs(bend).max() and bend.max() > 1e-12 * abs(bend).max()
+
+
 STEADY = [
     ((1.0, 2.0, 3.0), (0.0, 1.0, 0.0)),  # an exact spin about the middle axis
     ((1.0, 1.0, 1.0), (0.3, 0.2, 0.1)),  # a sphere

@@ -362,6 +362,19 @@ def test_motions_are_those_of_long_doubles(orbits):
         assert np.abs(end[4:] - right[4:]).max() <= 4.0 * error
 
 
+def test_jacobis_constant_is_kept_on_a_circle():
+    """ω·Iω/2 - n·Iω + 3 u·Iu/2 in orbits of rate 1, n the normal: some roundings over 50 orbits of a librating body."""
+    parameters, moments = {"eccentricity": 0.0, "asymmetry": 0.05, "I1_over_I3": 0.85}, np.array([0.85, 0.9, 1.0])
+    anomalies = np.linspace(0.0, 100.0 * np.pi, 101)
+    states, _ = motion.follow(parameters, np.array([0.1, 0.05, -0.03, 0.02, 0.01, 0.02]), anomalies, 1e-13)
+    rates, attitude = motion.rates_and_attitude(states, anomalies, parameters)
+    turned = Rotation.from_quat(np.roll(attitude, -1, axis=1)).inv()
+    u = turned.apply(np.column_stack([np.cos(anomalies), np.sin(anomalies), 0.0 * anomalies]))
+    n = turned.apply([0.0, 0.0, 1.0])
+    constant = ((rates**2 / 2 - n * rates + 1.5 * u**2) * moments).sum(axis=1)
+    assert np.ptp(constant) < 1e-13
+
+
 @pytest.mark.parametrize("eccentricity", [0.0, 0.4, 0.95])
 def test_true_anomalies_solve_keplers_equation(eccentricity):
     mean = np.linspace(-7.0, 20.0, 301)
