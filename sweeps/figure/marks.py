@@ -26,9 +26,9 @@ class Shades(ListedColormap):
         super().__init__([tuple(paper + share * (base - paper)) for base in full for share in shares], "shades")
 
 
-def halo(width: float = 2.5, color: str = PAPER):
+def halo(width: float = 2.5):
     """Return an outline that keeps text and lines readable on any colour."""
-    return [withStroke(linewidth=width, foreground=color)]
+    return [withStroke(linewidth=width, foreground=PAPER)]
 
 
 def draw_grid(ax: Axes, axis: Literal["both", "x", "y"] = "both") -> None:

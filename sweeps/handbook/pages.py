@@ -10,10 +10,10 @@ PICTURE = re.compile(r"/pictures/(\w+)-(\w+)\.png")
 NOTEBOOK = "---\nfile_format: mystnb\nkernelspec: {name: python3, display_name: Python 3}\n---\n\n"
 
 
-def texts(folder: Path = TEXT) -> dict[str, str]:
+def texts() -> dict[str, str]:
     """Return the name of each page (its path without `.md`) → its text, in order."""
-    paths = sorted(folder.rglob("*.md"))
-    return {str(path.relative_to(folder).with_suffix("")): path.read_text(encoding="utf-8") for path in paths}
+    paths = sorted(TEXT.rglob("*.md"))
+    return {str(path.relative_to(TEXT).with_suffix("")): path.read_text(encoding="utf-8") for path in paths}
 
 
 def numbers(text: str) -> list[tuple[str, str, str]]:

@@ -1,7 +1,6 @@
 """Files that a map names: none of them is run or read, whatever is done with the map."""
 
 import damages
-import numpy as np
 import pytest
 import repeated
 from maps import BODIES
@@ -70,11 +69,3 @@ def test_a_python_file_that_a_map_names_is_not_run(bodies, pendulum, folder, cap
 def test_what_a_map_says_was_observed_may_be_anything(bodies, entry):
     definition = f"bodies: [{{name: Tennis racket, axis: 1, observed: {entry}}}, 3, {{name: [1]}}]"
     assert fits.compare_periods(bodies.assign_attrs(definition=definition)) == []
-
-
-def test_what_a_map_says_was_observed_is_told(bodies, folder):
-    definition = f"bodies: [{TOLD}]".replace("'", '"')
-    with storage.open_map(write_named_map(bodies, folder, "rigid_body", definition)) as ds:
-        (period,) = fits.compare_periods(ds)
-    assert (period.body, period.axis, period.observed_days, period.what) == ("Tennis racket", 1, 1.0, "a wobble")
-    assert np.isfinite(period.measured_days)

@@ -360,16 +360,6 @@ def test_the_content_hash_sees_no_attribute_encoding_or_order(small):
     assert content_hash.content_hash(fortran) == expected
 
 
-def test_the_content_hash_does_not_depend_on_the_blocks(small):
-    digest = content_hash.ContentHash()
-    for name in reversed(list(small.variables)):
-        variable = small.variables[name]
-        digest.declare(name, variable.dims, variable.shape, variable.dtype)
-        for item in variable.values.reshape(-1):
-            digest.update(name, np.array([item]))
-    assert digest.hexdigest() == content_hash.content_hash(small)
-
-
 def test_a_variables_own_hash_is_what_its_documentation_says(monkeypatch):
     monkeypatch.setattr(content_hash, "CHUNK_POINTS", 5)
     values = np.arange(24.0).reshape(2, 12)  # runs of 4 values: 12 in three even parts

@@ -12,15 +12,11 @@ from sweeps.systems.presentation import agreement
 from sweeps.views import figures
 
 
-def compare_columns(ds, max_points=agreement.MAX_DRAWN):
+def compare_columns(ds):
     """Return the values that each column of the picture of a map shows."""
     presentation = systems.presentation_of(ds)
     table = presentation.system.layout().variables
-    return [
-        agreement.compare(ds, table, comparison, max_points)
-        for comparison in presentation.compared
-        if not comparison.is_spare
-    ]
+    return [agreement.compare(ds, table, comparison) for comparison in presentation.compared if not comparison.is_spare]
 
 
 def picture(ds):
@@ -86,7 +82,7 @@ def test_counts_are_written(tiny):
 
 
 def test_thinning_is_said(tiny, monkeypatch):
-    monkeypatch.setattr(agreement.compare, "__defaults__", (150,))
+    monkeypatch.setattr(agreement, "MAX_DRAWN", 150)
     figure = picture(tiny)
     assert "every 7th drawn" in figure.texts[1].get_text()  # 864/150 is above 5, and 6 divides lengths of 3
     assert sum(line.get_xdata().size for line in figure.axes[2].lines if line.get_gid() == "stable_minor") <= 150

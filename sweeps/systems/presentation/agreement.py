@@ -52,19 +52,18 @@ class Agreement:
     certificate: float = math.nan  #: largest value of the certificate; NaN if the map has none
 
 
-def compare(ds: Dataset, specs: Specs, quantity: Compared, max_points: int = MAX_DRAWN) -> Agreement:
+def compare(ds: Dataset, specs: Specs, quantity: Compared) -> Agreement:
     """Compare a measured quantity with theory.
 
     Args:
         ds: the map.
         specs: the system's table of variables.
         quantity: the measured variable, or the components of a vector.
-        max_points: bound on the rows of the columns, for drawing; counts and maxima are over all points.
     """
     values = ds[quantity.names[0]]
     sizes = dict(zip(map(str, values.dims), values.shape, strict=True))
     counts = {role: dict.fromkeys(_meanings(ds, specs, role), 0) for role in (Role.HEADLINE, Role.STATUS)}
-    comparison = Agreement(values.size, coprime_stride(sizes.values(), max_points), counts)
+    comparison = Agreement(values.size, coprime_stride(sizes.values(), MAX_DRAWN), counts)
     tables, num_points = [], 0
     for box in blocks(sizes, BLOCK_POINTS):
         columns = _columns(ds, specs, quantity, box, sizes)
