@@ -157,10 +157,7 @@ def test_rates_that_may_be_rounding_are_told_over_their_scale():
     ("system", "name"),
     [
         ("sleeping_top", "sum_of_squares"),
-        ("sleeping_top", "discriminant"),
         ("mathieu", "multiplier_imag"),
-        ("mathieu", "exponent_real"),
-        ("mathieu", "first_invariant"),
         ("pendulum", "omega_squared"),
         ("rigid_body", "omega_squared_reduced"),
         ("pumped_body", "growth_per_period"),

@@ -214,8 +214,6 @@ def test_points_that_were_never_written_are_found(tiny):
 
 
 def rebuilt(path, change):
-    import xarray as xr
-
     with xr.open_dataset(path, decode_times=False) as ds:
         ds = change(ds.load()).drop_encoding()
     ds.to_netcdf(path)

@@ -35,3 +35,20 @@ def test_root_locus_has_the_eigenvalues_and_a_second_parameter_is_refused(foucau
     assert sum(len(line.get_xdata()) for line in paths) == (imaginary >= 0.0).sum()
     with pytest.raises(SelectionError, match=r"1 dimension has no value \(length\)"):
         sweeps.plot.campbell(sweeps.survey(system="foucault", length=[1.0, 2.0], spin_rate=[0.5, 1.0]), "spin_rate")
+
+
+def test_surface_and_response_have_the_values_of_closed_forms():
+    """Frequencies |1 ± W| in axes that turn at W; a pendulum's amplitude is 1/|1 - w²| of the moment of force."""
+    ds = sweeps.survey(system="foucault", gravity=1.0, spin_rate=[0.2, 0.4, 0.6], drag=[0.0, 0.1])
+    panel = sweeps.plot.mode_surface(ds, "spin_rate", "drag", 1)
+    (mesh,) = (artist for artist in panel.collections if artist.get_array() is not None)
+    without_drag = np.reshape(mesh.get_array(), (2, 3))[0]
+    speeds = ds.spin_rate.values
+    distance = np.abs(without_drag - np.abs(1.0 + np.outer([1.0, -1.0], speeds)))
+    assert distance.min(axis=0).max() < 1e-9  # the rates' errors are 1e-11
+    frequencies = [0.3, 0.7]
+    pendulum = sweeps.survey(system="pendulum", length=1.0, gravity=1.0)
+    axes = sweeps.plot.response(pendulum, {"theta": 1.0}, frequencies, at={"equilibrium": "hanging"})
+    theory, measured = (line.get_ydata() for line in axes.lines)
+    np.testing.assert_allclose(theory, 1.0 / (1.0 - np.square(frequencies)), rtol=1e-12)
+    np.testing.assert_allclose(measured, theory, rtol=1e-12)
