@@ -25,7 +25,6 @@ from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.refusals import MapError
 from sweeps.shards import content_hash, mapfile, merging
 from sweeps.shards import shard as sharding
-from sweeps.systems.rigid_body import system as rigid_body
 
 KINDS = ["omega_squared", "growth_rate", "growth_rate_error", "frequency", "regime", "status", "energy_drift"]
 KINDS += ["samples_used"]  # variables of each type, deflated and in one piece
@@ -105,12 +104,9 @@ def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, 
         assert {n: ds.attrs[n] for n in expected.attrs} == expected.attrs
 
 
-def test_flags_units_and_ancillary_names_reach_the_file(tiny_map):
+def test_flags_and_ancillary_names_reach_the_file(tiny_map):
     """CF-1.11: coordinates are never missing (2.5.1); a value names its error and status (3.4), a status none."""
     with netCDF4.Dataset(tiny_map) as file:
-        for name, spec in ((name, rigid_body.VARIABLES[name]) for name in KINDS):
-            assert (file[name].long_name, getattr(file[name], "units", None)) == (spec.long_name, spec.units)
-            assert file[name].dtype == np.dtype(spec.dtype)
         assert file["regime"].flag_values.dtype == file["regime"].dtype == np.int8
         assert np.isnan(file["growth_rate"]._FillValue)
         assert "_FillValue" not in file["I1"].ncattrs()
