@@ -77,6 +77,7 @@ COORDINATES = LAYOUT.coordinates
 
 
 PHASES = 64  # phases of a period between which no moment's share has two maxima, for depths up to 0.99
+TILE_POINTS = 2**12  # points whose moments are sampled at once; an array over phases and axes takes 6 MB
 REFINEMENTS = 5  # parabolas through three phases, at an eighth of the previous distance
 
 PumpedGrid = grid_model("PumpedGrid", PARAMETERS, __name__, RATIOS)
@@ -174,36 +175,42 @@ def moments_at(points: Mapping[str, np.ndarray], phase: np.ndarray | float, inve
 
 
 def least_margin(points: Mapping[str, np.ndarray], inverse: bool) -> np.ndarray:
-    """Return the least triangle margin over the period, of points with arrays that broadcast together.
+    """Return the least triangle margin over the period, of points with arrays that broadcast together."""
+    arrays = np.broadcast_arrays(*points.values())
+    columns, margin = dict(zip(points, map(np.ravel, arrays), strict=True)), np.empty(arrays[0].size)
+    for low in range(0, margin.size, TILE_POINTS):
+        tile = slice(low, low + TILE_POINTS)
+        margin[tile] = _least_margin_of_tile({name: values[tile] for name, values in columns.items()}, inverse)
+    return margin.reshape(arrays[0].shape)
 
-    It is least where the share I_i/(I1 + I2 + I3) of one axis is largest. Each share is smooth in the phase: all phases
-    at which one exceeds its neighbours are refined, since two maxima may be nearly equal.
+
+def _least_margin_of_tile(points: Mapping[str, np.ndarray], inverse: bool) -> np.ndarray:
+    """Return the least triangle margin over the period, of points with arrays of one length.
+
+    It is least where the share I_i/(I1 + I2 + I3) of one axis is largest. Each share is smooth in the phase: all its
+    maxima are refined that may be the largest, as two may be nearly equal. A maximum exceeds the largest sample beside
+    it by less than this sample exceeds its neighbours, for a parabola by a quarter at most.
     """
     from kernels.free.triangle import triangle_margin
-
-    arrays = np.broadcast_arrays(*points.values())
-    shape, points = arrays[0].shape, dict(zip(points, map(np.ravel, arrays), strict=True))
 
     def shares(points, phase):
         moments = np.array(moments_at(points, phase, inverse))
         return moments / moments.sum(axis=0)
 
-    spacing = 2.0 * np.pi / PHASES
+    step = 2.0 * np.pi / PHASES
+    samples = np.array([shares(points, phase) for phase in step * np.arange(PHASES)])  # over (phase, axis, point)
+    before, after = np.roll(samples, 1, axis=0), np.roll(samples, -1, axis=0)
+    bound = 2.0 * samples - np.minimum(before, after)
+    number, axis, index = np.nonzero((samples > before) & (samples >= after) & (bound >= samples.max(axis=(0, 1))))
+    maxima, phases = {name: values[index] for name, values in points.items()}, step * number
+    for _ in range(REFINEMENTS):
+        low, middle, high = (shares(maxima, phases + k * step)[axis, np.arange(index.size)] for k in (-1, 0, 1))
+        curvature = low - 2.0 * middle + high
+        phases += np.divide(0.5 * step * (low - high), curvature, out=np.zeros(index.size), where=curvature < 0.0)
+        step /= 8.0
     minimum = triangle_margin(*moments_at(points, 0.0, inverse))
-    before, here = shares(points, -spacing), shares(points, 0.0)
-    for phase in spacing * np.arange(PHASES):
-        after = shares(points, phase + spacing)
-        axis, index = np.nonzero((here >= before) & (here >= after))
-        maxima = {name: values[index] for name, values in points.items()}
-        phases, step = np.full(index.size, phase), spacing
-        for _ in range(REFINEMENTS):
-            low, middle, high = (shares(maxima, phases + k * step)[axis, np.arange(index.size)] for k in (-1, 0, 1))
-            curvature = low - 2.0 * middle + high
-            phases += np.divide(0.5 * step * (low - high), curvature, out=np.zeros(index.size), where=curvature < 0.0)
-            step /= 8.0
-        np.minimum.at(minimum, index, triangle_margin(*moments_at(maxima, phases, inverse)))
-        before, here = here, after
-    return minimum.reshape(shape)
+    np.minimum.at(minimum, index, triangle_margin(*moments_at(maxima, phases, inverse)))
+    return minimum
 
 
 def trace_by_scipy(point: Mapping[str, float], inverse: bool) -> float:
