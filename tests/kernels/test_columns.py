@@ -30,6 +30,11 @@ def test_every_measured_variable_of_a_map_is_a_column():
     assert set(names) | set(theory) == set(MAP)
 
 
+def test_numbers_are_the_places_of_columns_and_the_starts_of_rows():
+    assert columns.numbers(("b", "a"))._asdict() == {"b": 0, "a": 1}
+    assert columns.numbers(("b", "a"), first=2, width=8)._asdict() == {"b": 16, "a": 24}
+
+
 def test_every_status_has_its_number():
     for number, name in enumerate(statuses.STATUSES):
         assert getattr(statuses, name.upper()) == number
