@@ -32,9 +32,12 @@ def test_the_triangle_inequality_is_held_against_the_whole_period(depth, inverse
         factors = [1.0 + points[f"depth{i}"] * np.cos(phase + points[f"lag{i}"]) for i in (1, 2, 3)]
         moments = np.array([points[f"I{i}"] * (1 / f if inverse else f) for i, f in enumerate(factors, 1)])
         margin = np.minimum(margin, 1.0 - 2.0 * moments.max(axis=0) / moments.sum(axis=0))
-    difference = least_margin(points, inverse) - margin
+    least = least_margin(points, inverse)
+    difference = least - margin
     assert difference.max() < 1e-13  # roundings, up to a hundredfold by 1 - 0.99
     assert difference.min() > -1e-5  # the curvature, up to some ten, over half the distance of two phases squared
+    alike = {name: np.full(3, values[-1]) for name, values in points.items()}
+    np.testing.assert_array_equal(least_margin(alike, inverse), least[-1])
 
 
 def test_impossible_points_are_counted():

@@ -77,7 +77,7 @@ COORDINATES = LAYOUT.coordinates
 
 
 PHASES = 64  # phases of a period between which no moment's share has two maxima, for depths up to 0.99
-TILE_POINTS = 2**12  # points whose moments are sampled at once; an array over phases and axes takes 6 MB
+TILE_POINTS = 2**10  # points whose moments are sampled at once; an array over phases and axes takes 1.6 MB
 REFINEMENTS = 5  # parabolas through three phases, at an eighth of the previous distance
 
 PumpedGrid = grid_model("PumpedGrid", PARAMETERS, __name__, RATIOS)
@@ -194,11 +194,14 @@ def _least_margin_of_tile(points: Mapping[str, np.ndarray], inverse: bool) -> np
     from kernels.free.triangle import triangle_margin
 
     def shares(points, phase):
-        moments = np.array(moments_at(points, phase, inverse))
+        moments = np.array(np.broadcast_arrays(*moments_at(points, phase, inverse)))
         return moments / moments.sum(axis=0)
 
     step = 2.0 * np.pi / PHASES
-    samples = np.array([shares(points, phase) for phase in step * np.arange(PHASES)])  # over (phase, axis, point)
+    # a value that all points share is sampled once
+    compact = {name: values[:1] if (values == values[0]).all() else values for name, values in points.items()}
+    samples = np.array([shares(compact, phase) for phase in step * np.arange(PHASES)])
+    samples = np.broadcast_to(samples, (PHASES, 3, points["I1"].size))
     before, after = np.roll(samples, 1, axis=0), np.roll(samples, -1, axis=0)
     bound = 2.0 * samples - np.minimum(before, after)
     number, axis, index = np.nonzero((samples > before) & (samples >= after) & (bound >= samples.max(axis=(0, 1))))
