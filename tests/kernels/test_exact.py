@@ -398,7 +398,7 @@ def test_what_never_returns_has_an_infinite_period(moments, start):
 
 
 def test_frequencies_of_an_exact_spin_and_of_a_symmetric_top():
-    # of small perturbations: w3 sqrt((I3 - I1)(I3 - I2)/(I1 I2)); of the top: (I3 - I1)/I1 w3
+    # Small perturbations turn at w3 sqrt((I3 - I1)(I3 - I2)/(I1 I2)), the top precesses at (I3 - I1)/I1 w3.
     assert exact.frequency(exact.set_up(1.0, 2.0, 3.0, 0.0, 0.0, 1.5)) == pytest.approx(1.5, rel=1e-15)
     assert exact.frequency(exact.set_up(1.0, 1.0, 1.7, 0.3, 0.4, -0.9)) == pytest.approx(0.7 * 0.9, rel=1e-15)
 

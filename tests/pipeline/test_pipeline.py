@@ -126,7 +126,7 @@ def test_what_is_finished_is_not_made_again(mine, measured):
     os.close(claim)
     after = {path: path.stat().st_mtime_ns for path in [Path("results/mine"), *Path("results/mine").rglob("*")]}
     changed_paths = {path.name for path in after if after[path] != before.get(path)}
-    assert changed_paths == {claims.CLAIM}  # by the claim of this test
+    assert changed_paths == {claims.CLAIM}  # The claim of this test wrote it.
     make_files(mine, again=True)
     assert measured == [1, 3, 1, 2, 3]
 

@@ -61,7 +61,7 @@ def test_points_are_those_of_scipy_in_the_order_of_the_keys():
     shares = scipy.stats.qmc.Sobol(3, rng=3).random(256)
     assert np.array_equal(points["I1"], 0.5 + shares[:, 0])
     assert np.array_equal(points["I2"], 1.5 - shares[:, 1])
-    np.testing.assert_allclose(points["omega0"], 0.1 * 1000.0 ** shares[:, 2], rtol=1e-14)  # of even decades
+    np.testing.assert_allclose(points["omega0"], 0.1 * 1000.0 ** shares[:, 2], rtol=1e-14)  # omega0 is log-uniform.
 
 
 def test_a_range_through_zero_has_no_zero():

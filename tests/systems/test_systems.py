@@ -163,7 +163,7 @@ REFUSED_PENDULUMS = [
     ({"epsilon": 1.5}, "epsilon"),
 ]
 DIRECTION = "integration.direction: "
-REFUSED_RUNS = [  # of a double pendulum
+REFUSED_RUNS = [  # Each is a run of a double pendulum.
     ({"direction": [1.0]}, DIRECTION + "[1.0] has 1 numbers; allowed: 2, of theta1, theta2"),
     ({"direction": [0.0, 0.0]}, DIRECTION + "[0.0, 0.0] has no direction"),
     ({"direction": [1.0, "x"]}, "integration.direction[1]: "),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from pydantic import Field
 
+from sweeps.schema.iteration import tiles
 from sweeps.schema.parameters import Range, grid_model, mapping, spread
 from sweeps.schema.values import Phase, choice, integer, number
 from sweeps.schema.variables import Parameter, Quantity, table
@@ -178,8 +179,7 @@ def least_margin(points: Mapping[str, np.ndarray], inverse: bool) -> np.ndarray:
     """Return the least triangle margin over the period, of points with arrays that broadcast together."""
     arrays = np.broadcast_arrays(*points.values())
     columns, margin = dict(zip(points, map(np.ravel, arrays), strict=True)), np.empty(arrays[0].size)
-    for low in range(0, margin.size, TILE_POINTS):
-        tile = slice(low, low + TILE_POINTS)
+    for (tile,) in tiles(margin.shape, (TILE_POINTS,)):
         margin[tile] = _least_margin_of_tile({name: values[tile] for name, values in columns.items()}, inverse)
     return margin.reshape(arrays[0].shape)
 
